@@ -1,0 +1,4 @@
+//! Pure values and functions shared by every room: no Vulkan, no clock, no files.
+
+pub mod grid;
+pub mod hash;

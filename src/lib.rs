@@ -1,0 +1,5 @@
+//! terrane: whole landscapes from one text file, made and shown with Vulkan.
+
+pub mod core;
+pub mod scene;
+pub mod terrain;

@@ -1,0 +1,103 @@
+//! What makers hand to renderers: plain values in metres, radians and cd/m².
+
+use glam::Vec3;
+
+/// Distant light: the sky's dome and the sun's disc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    pub sky: Sky,
+    /// `None` is a world without a sun.
+    pub sun: Option<Sun>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sky {
+    /// No light from the sky: black.
+    None,
+    /// The same radiance from everywhere, linear Rec.709, cd/m².
+    Constant { radiance: [f32; 3] },
+    /// Preetham, Shirley & Smits 1999.
+    Preetham { turbidity: f32 },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Unit vector from the ground towards the sun, world axes.
+    pub direction: Vec3,
+    /// Illuminance on a plane that faces the sun, linear Rec.709, lux.
+    pub irradiance: [f32; 3],
+    /// Angular diameter of the disc, radians.
+    pub diameter: f32,
+}
+
+/// The sea: a level and the water's optics.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sea {
+    /// Height of the surface above the datum when the simulation starts, metres. A reef's sea-level stages
+    /// move it.
+    pub level: f32,
+    /// Attenuation along the view path, linear Rec.709, 1/m (K_A of Korošec & Lebar Bajec (32), per channel).
+    pub attenuation: [f32; 3],
+    /// Colour of deep water: reflectance of an infinitely deep sea, linear Rec.709.
+    pub deep_colour: [f32; 3],
+    /// Height of the ripples that the sun glitters on: standard deviation of the surface's slope.
+    pub roughness: f32,
+}
+
+/// How bare ground is coloured: four materials and the rules that blend them. Colours are linear Rec.709 albedos.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    pub grass: [f32; 3],
+    /// Grass on high or steep ground: paler and yellower.
+    pub dry_grass: [f32; 3],
+    pub rock: [f32; 3],
+    pub sand: [f32; 3],
+    pub sea_floor: [f32; 3],
+    /// Living coral just below the surface.
+    pub reef: [f32; 3],
+    /// Slope at which grass begins to give way to rock, and at which only rock is left, radians.
+    pub rock_slope: [f32; 2],
+    /// Height above the sea at which grass begins to dry and at which it is dry, metres.
+    pub dry_height: [f32; 2],
+    /// The beach: sand reaches this high above the sea, metres …
+    pub beach_height: f32,
+    /// … where the ground is flatter than this, radians.
+    pub beach_slope: f32,
+    /// Size of the largest patches in the procedural mottling, metres.
+    pub patch_size: f32,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum View {
+    /// Eye and target in world coordinates, metres.
+    LookAt { position: Vec3, target: Vec3 },
+    /// Stand so that the land above the sea fills the picture: seen from `azimuth` (clockwise from north, radians:
+    /// the side the camera stands on), looking down by `elevation` (radians), `distance` times as far
+    /// away as would just fit.
+    FrameIsland { azimuth: f32, elevation: f32, distance: f32 },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    pub view: View,
+    /// Vertical field of view, radians.
+    pub fov: f32,
+}
+
+/// From radiance to pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Film {
+    pub width: u32,
+    pub height: u32,
+    /// Radiance (cd/m²) is multiplied by this; EXR holds the product.
+    pub exposure: f32,
+    pub tone_map: ToneMap,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToneMap {
+    /// Clamp to 0…1.
+    None,
+    /// A filmic curve that keeps hues as they brighten.
+    Filmic,
+}

@@ -1,0 +1,56 @@
+//! Makes land: base terrain, erosion, sea-bed smoothing, reef; all on the GPU.
+
+pub mod hydraulic;
+pub mod layers;
+pub mod reef;
+pub mod thermal;
+
+use crate::core::grid::Grid;
+use std::sync::Arc;
+
+/// Everything that determines the land, checked, in metres, seconds, years and radians.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    pub grid: Grid,
+    pub layers: Vec<layers::Layer>,
+    /// Height of the sea above the datum at the start, metres.
+    pub sea_level: f32,
+    pub boundary: Boundary,
+    pub controls: Controls,
+    pub hydraulic: Option<hydraulic::Params>,
+    pub thermal: Option<thermal::Params>,
+    /// Length over which the sea bed is smoothed before the reef grows, σ in metres; 0 = not at all.
+    pub seabed_smoothing: f32,
+    pub reef: Option<reef::Params>,
+}
+
+/// What happens to water and sediment at the rim of the grid and in the sea.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Boundary {
+    /// The sea swallows rivers: its surface stays at sea level. Nothing flows over the rim.
+    Sea,
+    /// Nothing flows over the rim and there is no sea (the paper).
+    Closed,
+    /// The rim drains: outside lies dry ground at the rim's own height.
+    Open,
+}
+
+/// Maps that scale the processes cell by cell; `None` is 1 everywhere.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Controls {
+    /// Multiplies the rain.
+    pub rain: Option<Arc<Map>>,
+    /// Multiplies what water can take from the ground: soft (1) and hard (0) rock.
+    pub erodibility: Option<Arc<Map>>,
+    /// Multiplies every change of the ground: "erode here only".
+    pub mask: Option<Arc<Map>>,
+}
+
+/// A raster from a file: row-major, row 0 north, stretched over the whole extent and sampled bicubically (heights)
+/// or bilinearly (controls).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    pub width: u32,
+    pub height: u32,
+    pub values: Vec<f32>,
+}
