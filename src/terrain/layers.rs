@@ -31,7 +31,9 @@ pub enum Combine {
     Add,
     Multiply,
     /// `H·(h/H)^max(0.05, 1 + v)`, 0 where h ≤ 0; H = `reference` metres (4).
-    Power { reference: f32 },
+    Power {
+        reference: f32,
+    },
     Max,
     Min,
 }
