@@ -2,4 +2,5 @@
 
 pub mod core;
 pub mod scene;
+pub mod sky;
 pub mod terrain;

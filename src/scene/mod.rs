@@ -1,13 +1,19 @@
 //! What makers hand to renderers: plain values in metres, radians and cd/m².
 
+mod perez;
+
 use glam::Vec3;
 
-/// Distant light: the sky's dome and the sun's disc.
+pub use perez::Perez;
+
+/// Distant light: the sky's dome and the sun's disc, and the air that veils what is far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     pub sky: Sky,
     /// `None` is a world without a sun.
     pub sun: Option<Sun>,
+    /// `None` switches aerial perspective off.
+    pub air: Option<Air>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +23,7 @@ pub enum Sky {
     /// The same radiance from everywhere, linear Rec.709, cd/m².
     Constant { radiance: [f32; 3] },
     /// Preetham, Shirley & Smits 1999.
-    Preetham { turbidity: f32 },
+    Preetham(Perez),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +34,22 @@ pub struct Sun {
     pub irradiance: [f32; 3],
     /// Angular diameter of the disc, radians.
     pub diameter: f32,
+}
+
+/// What scatters light between the eye and the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Air {
+    pub molecules: AirLayer,
+    pub haze: AirLayer,
+}
+
+/// A layer that thins exponentially with height above the datum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AirLayer {
+    /// At the datum, linear Rec.709, 1/m.
+    pub extinction: [f32; 3],
+    /// Metres over which the density falls to 1/e.
+    pub scale_height: f32,
 }
 
 /// The sea: a level and the water's optics.
