@@ -110,7 +110,7 @@ fn sun_disc_agrees_with_the_reference() {
             let wavelength = wavelength.parse().expect("nanometres");
             let found = sun::disc_spectral_radiance(turbidity, zenith, wavelength);
             let off = relative(found, number(expected));
-            assert!(off < 1e-9, "T {turbidity}, {wavelength} nm: off by {off:e}");
+            assert!(off < 1e-12, "T {turbidity}, {wavelength} nm: off by {off:e}");
         }
         let [x, y, z] = sun::disc_radiance_xyz(turbidity, zenith);
         assert!(relative(y, number(&case["luminance_cd_m2"])) < 1e-9);

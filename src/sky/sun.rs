@@ -99,7 +99,7 @@ pub fn disc_radiance_xyz(turbidity: f64, zenith: f64) -> [f64; 3] {
 pub fn disc_spectral_radiance(turbidity: f64, zenith: f64, wavelength: f64) -> f64 {
     let m = optical_mass(zenith);
     let micrometres = wavelength / 1000.0;
-    let beta = 0.046_083_658_222_05 * turbidity - 0.045_860_259_285_22;
+    let beta = 0.046_083_658_220_50 * turbidity - 0.045_860_259_285_22;
     let rayleigh = 0.008735 * m * micrometres.powf(-4.08);
     let aerosol = beta * m * micrometres.powf(-1.3);
     let ozone = OZONE * interpolate(&OZONE_ABSORPTION, wavelength) * m;
