@@ -126,7 +126,7 @@ impl<T: Pod> Transfer for Buffer<T> {
 impl Place {
     fn elements<T: Pod>(&self) -> usize {
         match self {
-            Place::Image(ImagePlace(raw)) => raw.len(),
+            Place::Image(ImagePlace(raw)) => raw.texels(),
             Place::Buffer(BufferPlace(raw)) => raw.bytes as usize / size_of::<T>(),
         }
     }
