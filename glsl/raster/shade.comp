@@ -111,12 +111,21 @@ vec3 wet(vec3 bed, vec3 view, float depth) {
     return mix(bed, mix(through, sky_radiance(normalize(max(mirrored, vec3(-1.0, 0.05, -1.0)))), share), film);
 }
 
-// White water where waves from the open sea break: a band over the shallows, torn by noise, and a fringe of swash.
+// White water where waves from the open sea break: lines along the depth contours, lace behind them, and a fringe of
+// swash at the shore.
 float foam(vec2 xz, float depth, float exposure, float footprint) {
-    vec3 torn = mottle(xz, 70.0, 6, 0.65, footprint, 301u);
-    float band = smoothstep(4.5, 1.5, depth + 1.5 * torn.x) * smoothstep(-0.2, 0.5, depth);
-    float lines = smoothstep(-0.25, 0.55, torn.x + 0.6 * exposure - 0.25);
-    return clamp(band * lines * smoothstep(0.15, 0.8, exposure), 0.0, 1.0);
+    float surge = smoothstep(0.1, 0.7, exposure);
+    if (surge == 0.0 || depth > 6.0) return 0.0;
+    vec3 torn = mottle(xz, 90.0, 7, 0.7, footprint, 301u);
+    vec3 lace = billows(xz, 14.0, 4, 0.7, footprint, 321u);
+    float run = depth + 1.1 * torn.x;
+    // Three waves are breaking at a time; where a sample covers several of them only their mean is left.
+    float fineness = resolved(1.1, length(height_slope(xz)) * footprint);
+    float lines = mix(0.42, smoothstep(0.1, 0.9, sin(2.0 * PI * run / 1.1)), fineness);
+    float breakers = smoothstep(4.2, 2.2, run) * smoothstep(0.5, 1.3, run) * lines;
+    float behind = 0.55 * smoothstep(2.4, 0.8, run) * smoothstep(0.15, -0.35, lace.x) * smoothstep(-0.3, 0.4, torn.x);
+    float swash = 0.8 * smoothstep(0.45, 0.1, depth + 0.25 * torn.x);
+    return clamp(surge * max(max(breakers, behind), swash), 0.0, 1.0);
 }
 
 vec3 sea_radiance(vec3 surface, vec3 view, float footprint, Hit bottom, vec3 bottom_radiance, Stencil s) {

@@ -34,9 +34,9 @@ pub fn linear_from_srgb(encoded: f32) -> f32 {
     if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The nearest 8-bit sRGB value of a linear channel.
-pub fn srgb8_from_linear(linear: f32) -> u8 {
-    (srgb_from_linear(linear) * 255.0).round() as u8
+/// The 8-bit sRGB value of a linear channel: the next one below after adding `dither`, 0…1; ½ rounds.
+pub fn srgb8_from_linear(linear: f32, dither: f32) -> u8 {
+    (srgb_from_linear(linear) * 255.0 + dither) as u8
 }
 
 /// Scene-linear Rec.709 (1 = the film's white) to screen-linear 0…1, with a filmic toe and shoulder.
@@ -60,10 +60,10 @@ const CONTRAST: f32 = 1.3;
 /// violet (the Abney effect). Rows sum to 1, which keeps greys grey.
 const MIX: [[f32; 3]; 3] = [[0.88, 0.09, 0.03], [0.06, 0.80, 0.14], [0.04, 0.08, 0.88]];
 
-/// Draws them apart again: the inverse of `[[0.88, 0.08, 0.04], [0.06, 0.86, 0.08], [0.04, 0.08, 0.88]]`,
-/// which has no turn of blue.
+/// Draws them apart again, by a little more than they were drawn together and without a turn of blue: the
+/// inverse of `[[0.82, 0.12, 0.06], [0.09, 0.80, 0.11], [0.06, 0.12, 0.82]]`.
 const UNMIX: [[f32; 3]; 3] =
-    [[1.145299, -0.102564, -0.042735], [-0.075702, 1.179487, -0.103785], [-0.045177, -0.102564, 1.147741]];
+    [[1.243808, -0.176471, -0.067337], [-0.130031, 1.294118, -0.164087], [-0.071981, -0.176471, 1.248452]];
 
 fn filmic_curve(x: f32) -> f32 {
     // b and c from f(grey) = grey and f(white) = 1.

@@ -18,13 +18,17 @@ impl Picture {
         Picture { width, height, pixels: vec![[0.0; 3]; width as usize * height as usize] }
     }
 
-    /// 8-bit sRGB, three bytes a pixel.
+    /// 8-bit sRGB, three bytes a pixel. Steps of one value are dithered, so that skies show no bands.
     pub fn developed(&self, tone_map: ToneMap) -> Vec<u8> {
-        let develop = |pixel: &[f32; 3]| match tone_map {
-            ToneMap::None => pixel.map(srgb8_from_linear),
-            ToneMap::Filmic => filmic(*pixel).map(srgb8_from_linear),
+        let develop = |(index, pixel): (usize, &[f32; 3])| {
+            let dither = dither(index % self.width as usize, index / self.width as usize);
+            let shown = match tone_map {
+                ToneMap::None => *pixel,
+                ToneMap::Filmic => filmic(*pixel),
+            };
+            shown.map(|channel| srgb8_from_linear(channel, dither))
         };
-        self.pixels.par_iter().map(develop).collect::<Vec<_>>().into_flattened()
+        self.pixels.par_iter().enumerate().map(develop).collect::<Vec<_>>().into_flattened()
     }
 
     /// Copies a tile, `width` pixels wide, to where its upper left corner belongs.
@@ -36,4 +40,10 @@ impl Picture {
             }
         }
     }
+}
+
+/// Evenly spread over 0…1 in every small neighbourhood (Jimenez 2014, "Next Generation Post Processing in Call of
+/// Duty: Advanced Warfare": interleaved gradient noise).
+fn dither(column: usize, row: usize) -> f32 {
+    (52.982_918_9 * (0.067_110_56 * column as f64 + 0.005_837_15 * row as f64).fract()).fract() as f32
 }
