@@ -11,18 +11,18 @@ float air_column(float from_height, float to_height, float path, float scale) {
     return path * (abs(fall) < 1e-3 ? 0.5 * (here + there) : (here - there) / fall);
 }
 
-// Veils `radiance` seen over the distance `path` along `view`. Whatever the air takes it replaces by its own light:
-// a long path shows that of the horizon, where the path has become nothing but air; a short one is bluer, as is the sky
-// higher up where there is less of it.
+// Veils `radiance` seen over the distance `path` along `view`. Whatever the air takes it replaces by its own light. On a
+// short path that is sunlight scattered once: as bright as the horizon but white, and blue only because more of the blue
+// is scattered. A long path has the horizon's colour, for it has become nothing but air.
 vec3 veil(vec3 radiance, vec3 view, float path) {
     float from_height = frame.eye.y;
     float to_height = frame.eye.y + view.y * path;
     vec3 depth = frame.molecule_extinction * air_column(from_height, to_height, path, frame.molecule_height)
                + frame.haze_extinction * air_column(from_height, to_height, path, frame.haze_height);
     vec3 transmittance = exp(-depth);
-    vec2 azimuth = view.xz / max(length(view.xz), 1e-6);
-    vec3 air = sky_radiance(normalize(vec3(azimuth.x, mix(0.02, 0.25, transmittance.g), azimuth.y)));
-    return mix(air, radiance, transmittance);
+    vec3 horizon = sky_radiance(normalize(vec3(view.x, 0.02 * length(view.xz), view.z)));
+    vec3 once = vec3(dot(horizon, vec3(0.2126, 0.7152, 0.0722)));
+    return mix(mix(horizon, once, transmittance.g), radiance, transmittance);
 }
 
 #endif

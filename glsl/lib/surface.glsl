@@ -49,12 +49,12 @@ Ground ground(Place place) {
     vec3 meadow = frame.grass * (1.0 + 0.3 * hue.x + 0.15 * trees.x);
     vec3 grass = mix(meadow, frame.dry_grass * (1.0 + 0.25 * trees.x), dry);
     // Between crowns it is dark.
-    grass = mix(grass, canopy * (1.0 + 0.75 * trees.x), forest);
+    grass = mix(grass, canopy * exp(0.85 * clamp(trees.x, -1.0, 1.0)), forest);
 
     // Rock: beds some metres thick, warped and weathered; dark where it is wet.
     vec2 bed = vec2(place.point.y + 12.0 * broad.x + 3.0 * trees.x, 0.04 * (xz.x - xz.y));
     float strata = mottle(bed, 60.0, 6, 0.75, 2.0 * footprint, 71u).x;
-    vec3 rock_colour = frame.rock * (1.0 + 0.35 * strata + 0.45 * trees.x + 0.3 * broad.x);
+    vec3 rock_colour = frame.rock * exp(0.3 * strata + 0.4 * trees.x + 0.25 * broad.x);
     rock_colour = mix(rock_colour, rock_colour * vec3(1.3, 0.97, 0.75), smoothstep(0.0, 0.7, hue.x));
     // Moss and scrub cling to it.
     rock_colour = mix(rock_colour, canopy, 0.55 * smoothstep(0.0, 0.5, 0.6 * trees.x - 0.5 * hue.x));
@@ -79,6 +79,8 @@ Ground ground(Place place) {
     vec2 relief = weights.x * (mix(0.6, 4.5, forest) * trees.yz + 1.5 * broad.yz)
                 + weights.y * (3.0 * trees.yz + 5.0 * broad.yz) + weights.z * 0.25 * trees.yz
                 + weights.w * (0.5 + 2.0 * coral) * trees.yz;
+    // Near by, the finest relief would be all cliffs.
+    relief /= 1.0 + 0.7 * length(relief);
     found.normal = normal_from_slope(place.slope + relief);
     return found;
 }

@@ -70,8 +70,17 @@ vec4 mirrored_land(vec3 start, vec3 along, float spread) {
     return seen;
 }
 
+// Light from rivers and lakes: water over the bed mirrors as much of the sky as the valley leaves open.
+vec3 wet(vec3 bed, vec3 view, float depth, float openness) {
+    float film = smoothstep(0.08, 0.6, depth);
+    vec3 mirror = normalize(vec3(view.x, max(-view.y, 0.15), view.z));
+    vec3 mirrored = mix(bed, sky_radiance(mirror), openness * openness);
+    vec3 through = bed * exp(-2.0 * frame.attenuation * depth) * 0.7;
+    return mix(bed, mix(through, mirrored, fresnel(clamp(-view.y, 0.0, 1.0))), film);
+}
+
 // Radiance that leaves the ground towards the eye. Under water, light arrives and bounces as the sea lets it.
-vec3 ground_radiance(Hit hit, Stencil s) {
+vec3 ground_radiance(Hit hit, vec3 view, Stencil s) {
     Place place;
     place.point = hit.point;
     place.slope = height_slope(hit.point.xz);
@@ -87,7 +96,7 @@ vec3 ground_radiance(Hit hit, Stencil s) {
     if (depth <= 0.0) {
         vec3 light = sun * max(dot(found.normal, frame.sun_direction), 0.0)
                    + sky_irradiance(found.normal) * place.openness + bounced(found.albedo, place.openness);
-        return found.albedo / PI * light;
+        return wet(found.albedo / PI * light, view, BILINEAR(water, s).x, place.openness);
     }
     // Refraction turns the sun upright; diffuse light travels 1.2 times the depth. Of what the bottom sends up
     // 48 % is mirrored back down at a surface that it can't leave (Lee et al. 1998, "Hyperspectral remote sensing
@@ -100,15 +109,6 @@ vec3 ground_radiance(Hit hit, Stencil s) {
                + sky_irradiance(vec3(0.0, 1.0, 0.0)) * 0.934 * place.openness * exp(-1.2 * frame.attenuation * depth);
     vec3 returned = 1.0 - 0.48 * found.albedo * exp(-2.4 * frame.attenuation * depth);
     return found.albedo / PI * light / returned;
-}
-
-// Light from rivers and lakes: a film of water over the bed mirrors the sky.
-vec3 wet(vec3 bed, vec3 view, float depth) {
-    float film = smoothstep(0.03, 0.4, depth);
-    vec3 mirrored = reflect(view, vec3(0.0, 1.0, 0.0));
-    float share = fresnel(clamp(-view.y, 0.0, 1.0));
-    vec3 through = bed * exp(-2.0 * frame.attenuation * depth) * 0.8;
-    return mix(bed, mix(through, sky_radiance(normalize(max(mirrored, vec3(-1.0, 0.05, -1.0)))), share), film);
 }
 
 // White water where waves from the open sea break: lines along the depth contours, lace behind them, and a fringe of
@@ -181,11 +181,9 @@ void main() {
         hit = sea_bottom(surface, refract(view, vec3(0.0, 1.0, 0.0), 1.0 / REFRACTIVE_INDEX), footprint);
     }
     Stencil s = stencil(hit.point.xz);
-    vec3 seen = ground_radiance(hit, s);
+    vec3 seen = ground_radiance(hit, view, s);
     if (sea) {
         seen = sea_radiance(surface, view, footprint, hit, seen, stencil(surface.xz));
-    } else {
-        seen = wet(seen, view, BILINEAR(water, s).x);
     }
     imageStore(radiance, at, vec4(veil(seen, view, path), 1.0));
 }
