@@ -2,6 +2,14 @@
 
 pub mod core;
 pub mod formats;
+pub mod gpu;
+pub mod raster;
 pub mod scene;
 pub mod sky;
 pub mod terrain;
+
+/// The Rust side of every shader under `glsl/`, written by build.rs.
+#[rustfmt::skip]
+pub mod shaders {
+    include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
+}

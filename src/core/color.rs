@@ -43,21 +43,26 @@ pub fn srgb8_from_linear(linear: f32) -> u8 {
 ///
 /// Each channel runs through Lottes's curve ("Advanced Techniques and Optimization of HDR Color
 /// Pipelines", GDC 2016), `x^a / (b·x^a + c)`, which keeps middle grey where it is and reaches 1 at
-/// [`WHITE`]. As in Sobotka's AgX the channels are drawn together before the curve and apart again
-/// after it, so that bright colours turn paler instead of changing hue where single channels clip.
+/// [`WHITE`]. As in Sobotka's AgX the channels are mixed before the curve and unmixed after it, so that
+/// bright colours turn paler instead of changing hue where single channels clip.
 pub fn filmic(rgb: [f32; 3]) -> [f32; 3] {
-    let drawn_in = desaturate(rgb, INSET);
-    let curved = drawn_in.map(filmic_curve);
-    desaturate(curved, -INSET / (1.0 - INSET)).map(|channel| channel.clamp(0.0, 1.0))
+    let curved = transform(&MIX, rgb).map(filmic_curve);
+    transform(&UNMIX, curved).map(|channel| channel.clamp(0.0, 1.0))
 }
 
 /// The scene value that becomes white, in units of the film's white.
 const WHITE: f32 = 6.0;
 const MIDDLE_GREY: f32 = 0.18;
 /// Slope of the curve at middle grey in log-log scale.
-const CONTRAST: f32 = 1.25;
-/// How far channels are drawn towards the luminance before the curve.
-const INSET: f32 = 0.12;
+const CONTRAST: f32 = 1.3;
+
+/// Draws the channels together, blue towards cyan as it pales: paling along a straight line makes blue look
+/// violet (the Abney effect). Rows sum to 1, which keeps greys grey.
+const MIX: [[f32; 3]; 3] = [[0.88, 0.09, 0.03], [0.06, 0.80, 0.14], [0.04, 0.08, 0.88]];
+
+/// Draws them apart again: the inverse of `[[0.88, 0.08, 0.04], [0.06, 0.86, 0.08], [0.04, 0.08, 0.88]]`,
+/// which has no turn of blue.
+const UNMIX: [[f32; 3]; 3] = [[1.145299, -0.102564, -0.042735], [-0.075702, 1.179487, -0.103785], [-0.045177, -0.102564, 1.147741]];
 
 fn filmic_curve(x: f32) -> f32 {
     // b and c from f(grey) = grey and f(white) = 1.
@@ -69,8 +74,6 @@ fn filmic_curve(x: f32) -> f32 {
     x / (b * x + c)
 }
 
-/// Moves every channel by `amount` of its distance towards the luminance.
-fn desaturate(rgb: [f32; 3], amount: f32) -> [f32; 3] {
-    let grey = luminance(rgb);
-    rgb.map(|channel| channel + (grey - channel) * amount)
+fn transform(matrix: &[[f32; 3]; 3], [r, g, b]: [f32; 3]) -> [f32; 3] {
+    matrix.map(|[from_r, from_g, from_b]| from_r * r + from_g * g + from_b * b)
 }

@@ -4,7 +4,36 @@ mod perez;
 
 use glam::Vec3;
 
+use crate::core::grid::Grid;
+use crate::gpu::{Image, format::R32f};
+
 pub use perez::Perez;
+
+/// All that a renderer needs to know of a world.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub ground: Ground,
+    pub light: Light,
+    pub sea: Sea,
+    pub surface: Surface,
+    pub camera: Camera,
+}
+
+/// The land, one texel a sample of the grid.
+#[derive(Clone, Debug)]
+pub struct Ground {
+    pub grid: Grid,
+    /// Metres above the datum.
+    pub height: Image<R32f>,
+    /// Depth of rivers and lakes, metres; 0 in the sea.
+    pub water: Image<R32f>,
+    /// How lately water ran here, 0…1.
+    pub wetness: Image<R32f>,
+    /// Thickness of the coral that has grown, metres.
+    pub reef: Image<R32f>,
+    /// Height of the sea above the datum, metres, now that all is done.
+    pub sea_level: f32,
+}
 
 /// Distant light: the sky's dome and the sun's disc, and the air that veils what is far.
 #[derive(Clone, Copy, Debug, PartialEq)]
