@@ -2,7 +2,9 @@
 
 pub mod core;
 pub mod gpu;
+pub mod raster;
 pub mod scene;
+pub mod sky;
 pub mod terrain;
 
 /// The Rust side of every shader under `glsl/`, written by build.rs.
