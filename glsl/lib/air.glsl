@@ -6,8 +6,9 @@
 // Length of a path through a layer of density exp(−y/scale), in metres of air at the datum.
 float air_column(float from_height, float to_height, float path, float scale) {
     float fall = (to_height - from_height) / scale;
-    float mean = abs(fall) < 1e-3 ? 1.0 - 0.5 * fall : (1.0 - exp(-fall)) / fall;
-    return path * exp(-from_height / scale) * mean;
+    float here = exp(-from_height / scale);
+    float there = exp(-to_height / scale);
+    return path * (abs(fall) < 1e-3 ? 0.5 * (here + there) : (here - there) / fall);
 }
 
 // Veils `radiance` seen over the distance `path` along `view`. Whatever the air takes it replaces by its own light,

@@ -8,13 +8,15 @@ const float NORMAL_REFLECTANCE = 0.02112;  // ((1.34 − 1)/(1.34 + 1))²
 // Share of light that waves with this standard deviation of slope reflect on average
 // (Bruneton, Neyret & Holzschuch 2010, "Real-time Realistic Ocean Lighting", equation 16).
 float mean_fresnel(float cosine, float deviation) {
-    float grazing = pow(1.0 - cosine, 5.0 * exp(-2.69 * deviation)) / (1.0 + 22.7 * pow(deviation, 1.5));
+    float grazing = pow(max(1.0 - cosine, 1e-6), 5.0 * exp(-2.69 * deviation)) / (1.0 + 22.7 * deviation * sqrt(deviation));
     return NORMAL_REFLECTANCE + (1.0 - NORMAL_REFLECTANCE) * grazing;
 }
 
 // Schlick 1994.
 float fresnel(float cosine) {
-    return NORMAL_REFLECTANCE + (1.0 - NORMAL_REFLECTANCE) * pow(1.0 - cosine, 5.0);
+    float grazing = max(1.0 - cosine, 0.0);
+    float square = grazing * grazing;
+    return NORMAL_REFLECTANCE + (1.0 - NORMAL_REFLECTANCE) * square * square * grazing;
 }
 
 struct Ripples {
@@ -59,7 +61,7 @@ vec3 glitter(vec3 view, Ripples waves) {
     float density = exp(-0.5 * dot(slope, slope) / variance) / (2.0 * PI * variance);
     float facing = max(-view.y, 0.03);
     return frame.sun_irradiance * fresnel(dot(facet, frame.sun_direction)) * density
-         / (4.0 * facing * pow(facet.y, 4.0));
+         / (4.0 * facing * facet.y * facet.y * facet.y * facet.y);
 }
 
 #endif

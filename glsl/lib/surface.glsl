@@ -52,11 +52,9 @@ Ground ground(Place place) {
     grass = mix(grass, canopy * (1.0 + 0.75 * trees.x), forest);
 
     // Rock: beds some metres thick, warped and weathered; dark where it is wet.
-    float bed = place.point.y + 14.0 * broad.x + 3.0 * trees.x;
-    float strata = sin(2.0 * PI * bed / 41.0) * resolved(41.0, 2.0 * footprint)
-                 + 0.8 * sin(2.0 * PI * bed / 13.0) * resolved(13.0, 2.0 * footprint)
-                 + 0.5 * sin(2.0 * PI * bed / 3.7) * resolved(3.7, 2.0 * footprint);
-    vec3 rock_colour = frame.rock * (1.0 + 0.10 * strata + 0.45 * trees.x + 0.3 * broad.x);
+    vec2 bed = vec2(place.point.y + 12.0 * broad.x + 3.0 * trees.x, 0.04 * (xz.x - xz.y));
+    float strata = mottle(bed, 60.0, 6, 0.75, 2.0 * footprint, 71u).x;
+    vec3 rock_colour = frame.rock * (1.0 + 0.35 * strata + 0.45 * trees.x + 0.3 * broad.x);
     rock_colour = mix(rock_colour, rock_colour * vec3(1.3, 0.97, 0.75), smoothstep(0.0, 0.7, hue.x));
     // Moss and scrub cling to it.
     rock_colour = mix(rock_colour, canopy, 0.55 * smoothstep(0.0, 0.5, 0.6 * trees.x - 0.5 * hue.x));

@@ -103,8 +103,8 @@ fn with_perez(frame: Frame, perez: &Perez) -> Frame {
 
 fn with_air(frame: Frame, scene: &Scene) -> Frame {
     let Some(air) = scene.light.air else {
-        // Any height will do for air of no density.
-        return Frame { molecule_height: 1.0, haze_height: 1.0, ..frame };
+        // No density, whatever the height.
+        return Frame { molecule_height: 1e9, haze_height: 1e9, ..frame };
     };
     Frame {
         molecule_extinction: air.molecules.extinction,

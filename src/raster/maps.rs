@@ -25,7 +25,13 @@ impl Pass {
         Ok(Pass(Compute::new(gpu, ())?))
     }
 
-    pub fn draw(&self, gpu: &Gpu, scene: &Scene, prepared: &Prepared, exposure: &Exposure) -> gpu::Result<Maps> {
+    pub fn draw(
+        &self,
+        gpu: &Gpu,
+        scene: &Scene,
+        prepared: &Prepared,
+        exposure: &Exposure,
+    ) -> gpu::Result<Maps> {
         let ground = &scene.ground;
         let size = ground.height.size();
         let maps = Maps {

@@ -13,7 +13,8 @@ mod patches;
 mod picture;
 
 use crate::gpu::{
-    self, Blend, Compute, Cull, Depth, Draw, Gpu, Image, Load, Raster, RasterState, Recorder, Targets, Topology,
+    self, Blend, Compute, Cull, Depth, Draw, Gpu, Image, Load, Raster, RasterState, Recorder, Targets,
+    Topology,
     format::{D32f, Format, R32f, Rgba32f},
 };
 use crate::scene::{Film, Scene};

@@ -49,14 +49,16 @@ fn place(x: f32, z: f32) -> (f32, f32, f32) {
     let (u, v) = around(1.3);
     let ring = shore + 0.075 + 0.03 * fbm(u, v, 7, 4);
     let out = radius - shore;
-    let bed = -0.0016 * (1.0 - (-out / 0.03).exp()) + 0.0006 * fbm(12.0 * x, 12.0 * z, 8, 5) * (out * 20.0).min(1.0);
+    let bed = -0.0016 * (1.0 - (-out / 0.03).exp())
+        + 0.0006 * fbm(12.0 * x, 12.0 * z, 8, 5) * (out * 20.0).min(1.0);
     let (u, v) = around(2.2);
     let pass = smoothstep(0.25, 0.4, fbm(u, v, 9, 2));
     let crest = (-((radius - ring) / 0.008).powi(2)).exp() * (1.0 - pass);
     let deep = -0.12 * smoothstep(0.0, 0.12, radius - ring - 0.004).powf(0.7);
     let sea_bed = (bed * (1.0 - crest) - 0.0001 * crest).min(-0.0001) + deep;
     let height = if inland > 0.0 { land + 0.0002 } else { sea_bed };
-    let wetness = if inland > 0.0 { smoothstep(0.75, 0.98, valley) * smoothstep(0.02, 0.2, flank) } else { 1.0 };
+    let wetness =
+        if inland > 0.0 { smoothstep(0.75, 0.98, valley) * smoothstep(0.02, 0.2, flank) } else { 1.0 };
     (height, wetness, 0.004 * crest)
 }
 
