@@ -168,6 +168,37 @@ fn the_defaults_may_be_written_out() {
     assert_eq!(written.film, default.film);
 }
 
+/// The ranges of the page: usual within allowed, defaults within usual.
+#[test]
+fn ranges_hold_each_other() {
+    fn check(shape: &world::schema::Shape, default: Option<f64>, path: &str, checked: &mut usize) {
+        use world::schema::Shape;
+        match shape {
+            Shape::Number { range: [least, most], usual, .. } => {
+                *checked += 1;
+                let [low, high] = usual.unwrap_or([*least, *most]);
+                assert!(least <= &low && low < high && high <= *most, "{path}");
+                assert!(default.is_none_or(|default| (low..=high).contains(&default)), "{path}");
+            }
+            Shape::Array(elements) => elements.iter().for_each(|element| check(element, None, path, checked)),
+            Shape::OrNone(shape) => check(shape, None, path, checked),
+            Shape::List { element, .. } => check(element, None, path, checked),
+            Shape::Table(table) => table.keys.iter().for_each(|key| {
+                check(&key.shape, key.default.parse().ok(), &format!("{path}.{}", key.name), checked);
+            }),
+            Shape::OneOf(alternatives) => {
+                alternatives.iter().filter_map(|one| one.table.clone()).for_each(|table| {
+                    check(&Shape::Table(table), None, path, checked);
+                })
+            }
+            _ => {}
+        }
+    }
+    let mut checked = 0;
+    check(&world::schema::Shape::Table(world::shape()), None, "world", &mut checked);
+    assert!(checked > 80, "{checked}");
+}
+
 #[test]
 fn units_become_the_programs_own() {
     let world = good(

@@ -2,8 +2,9 @@
 //! the reference page come from these rows; [`plan`](super::plan) turns what they yield into values for the makers.
 
 use super::fault::Complaint;
+use super::kinds::*;
 use super::place::{Place, noun};
-use super::schema::*;
+use super::schema::{Kind, Preset, Shape, Unit, section};
 use crate::scene;
 use crate::terrain::{Boundary, hydraulic, reef, thermal};
 

@@ -1,12 +1,13 @@
 //! World files: one TOML file describes one world.
 //!
-//! [`keys`] declares every key once, with unit, range, default and meaning, out of the parts in [`schema`]. Reading
-//! takes two steps: a file as it is written becomes values in the program's units ([`keys::World`]), and these become
-//! what the makers take, checked as a whole ([`plan`]). Nothing downstream checks again. The file itself is kept as a
-//! document ([`toml_edit`]): what changes it, `--set` first, edits that and keeps its comments.
+//! `keys` declares every key once, with unit, range, default and meaning, out of `kinds` of values. Reading takes two
+//! steps: a file as it is written becomes values in the program's units (`keys::World`), and these become what the
+//! makers take, checked as a whole (`plan`). Nothing downstream checks again. The file itself is kept as a document
+//! ([`toml_edit`]): what changes it, `--set` first, edits that and keeps its comments.
 
 mod fault;
-pub mod keys;
+mod keys;
+mod kinds;
 mod place;
 mod plan;
 mod reference;
@@ -128,7 +129,7 @@ pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> 
 
     let path = PathBuf::from(name);
     let plan::Planned { plan, light, camera, film, warnings } = planned;
-    let keys::World { seed, sea, surface, .. } = written;
+    let keys::World { format: (), seed, sea, surface, .. } = written;
     Ok(World {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path,
@@ -166,7 +167,7 @@ fn edit(document: &mut DocumentMut, settings: &[Setting], seed: Option<u32>) -> 
 /// Reads the document as it is written, with everything that is wrong in it.
 fn read(document: &DocumentMut) -> Result<keys::World, Vec<Fault>> {
     let faults = RefCell::default();
-    let written = schema::read_section(&Place::top(document.as_item(), &faults));
+    let written = kinds::read_section(&Place::top(document.as_item(), &faults));
     let faults = faults.into_inner();
     if faults.is_empty() { Ok(written) } else { Err(faults) }
 }

@@ -22,45 +22,11 @@ impl Setting {
     /// # Errors
     /// A report that points into the argument.
     pub fn parse(argument: &str) -> Result<Self, String> {
-        let refuse = |span: Range<usize>, title: &str, label: &str| {
+        parse(argument).map_err(|Refusal { span, title, label }| {
             let shown = format!("{OPTION}{}", argument.replace(['\n', '\r'], " "));
-            Err(fault::report_text(
-                title,
-                OPTION.len() + span.start..OPTION.len() + span.end,
-                label,
-                None,
-                &shown,
-            ))
-        };
-        let everything = 0..argument.len();
-        if argument.contains(['\n', '\r']) {
-            return refuse(everything, "`--set` takes one line", "a line break in it");
-        }
-        let Some(equals) = argument.find('=') else {
-            return refuse(everything, "`--set` takes KEY=VALUE", "no `=` in it");
-        };
-        let written = Document::parse(argument.to_string());
-        let document = match (written, with_quotes(argument, equals)) {
-            (Ok(document), _) => document,
-            (Err(error), quoted) => match quoted.map(Document::parse) {
-                Some(Ok(document)) => document,
-                _ if argument[equals + 1..].trim().is_empty() => {
-                    return refuse(equals..equals + 1, "`--set` takes KEY=VALUE", "no value behind it");
-                }
-                _ => {
-                    return refuse(
-                        error.span().unwrap_or(everything),
-                        "`--set` can't be read",
-                        error.message(),
-                    );
-                }
-            },
-        };
-        // Without positions a value keeps its spelling.
-        let Some((path, value)) = only_leaf(document.clone().into_mut().as_item()) else {
-            return refuse(everything, "`--set` takes KEY=VALUE", "no key in it");
-        };
-        Ok(Self { argument: argument.to_string(), document, path, value })
+            let span = OPTION.len() + span.start..OPTION.len() + span.end;
+            fault::report_text(title, span, &label, None, &shown)
+        })
     }
 
     /// As messages show it.
@@ -92,6 +58,39 @@ impl Setting {
     }
 }
 
+/// Why an argument is none.
+struct Refusal {
+    span: Range<usize>,
+    title: &'static str,
+    label: String,
+}
+
+fn parse(argument: &str) -> Result<Setting, Refusal> {
+    const FORM: &str = "`--set` takes KEY=VALUE";
+
+    let refusal = |span, title, label: &str| Refusal { span, title, label: label.into() };
+    let everything = 0..argument.len();
+    if argument.contains(['\n', '\r']) {
+        return Err(refusal(everything, "`--set` takes one line", "a line break in it"));
+    }
+    let Some(equals) = argument.find('=') else { return Err(refusal(everything, FORM, "no `=` in it")) };
+    if argument[equals + 1..].trim().is_empty() {
+        return Err(refusal(equals..equals + 1, FORM, "no value behind it"));
+    }
+    let document = match Document::parse(argument.to_string()) {
+        Ok(document) => document,
+        Err(error) => with_quotes(argument, equals)
+            .and_then(|quoted| Document::parse(quoted).ok())
+            .ok_or_else(|| {
+                refusal(error.span().unwrap_or(0..argument.len()), "`--set` can't be read", error.message())
+            })?,
+    };
+    // Without positions a value keeps its spelling.
+    let leaf = only_leaf(document.clone().into_mut().as_item());
+    let (path, value) = leaf.ok_or_else(|| refusal(everything, FORM, "no key in it"))?;
+    Ok(Setting { argument: argument.to_string(), document, path, value })
+}
+
 /// Sets the key at `path` to `value`, and makes the tables on the way to it.
 ///
 /// # Errors
@@ -99,7 +98,7 @@ impl Setting {
 pub fn set(
     top: &mut Item,
     path: &KeyPath,
-    value: Value,
+    mut value: Value,
     default: impl Fn(&KeyPath) -> Option<Item>,
 ) -> Result<(), Fault> {
     let Some((last, way)) = path.0.split_last() else { return Ok(()) };
@@ -116,7 +115,6 @@ pub fn set(
         item = enter(item, key, &place, new)?;
     }
     let slot = enter(item, last, &here, || Item::None)?;
-    let mut value = value;
     let decor = slot.as_value().map(|old| old.decor().clone());
     *value.decor_mut() = decor.unwrap_or_default();
     *slot = Item::Value(value);
@@ -165,7 +163,7 @@ fn with_quotes(argument: &str, equals: usize) -> Option<String> {
     let bare = |c: char| c.is_alphanumeric() || "_-./~#:+@%".contains(c);
     let start = argument[equals + 1..].find(value)? + equals + 1;
     let space = &argument[equals + 1..start];
-    (!value.is_empty() && value.chars().all(bare)).then(|| format!("{key}{space}\"{value}\""))
+    value.chars().all(bare).then(|| format!("{key}{space}\"{value}\""))
 }
 
 /// The one key of a document and its value.
