@@ -1,5 +1,6 @@
 //! terrane: whole landscapes from one text file, made and shown with Vulkan.
 
+pub mod app;
 pub mod core;
 pub mod formats;
 pub mod gpu;

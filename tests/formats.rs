@@ -22,7 +22,7 @@ use terrane::formats::{self, Error, Map, Scale, file, read_map, sidecar};
 fn a_picture_in_png_says_that_it_is_srgb_and_keeps_its_pixels() {
     let folder = folder();
     let path = folder.path().join("picture.png");
-    let pixels: Vec<[u8; 3]> = (0..7 * 5).map(|i| [i, 255 - i, 3 * i]).collect();
+    let pixels: Vec<u8> = (0..7 * 5).flat_map(|i| [i, 255 - i, 3 * i]).collect();
     let written = formats::png::write_picture(&path, [7, 5], &pixels).unwrap();
 
     let bytes = fs::read(&path).unwrap();
@@ -30,7 +30,7 @@ fn a_picture_in_png_says_that_it_is_srgb_and_keeps_its_pixels() {
     assert_eq!(decoder.color_type(), image::ColorType::Rgb8);
     let picture = image::open(&path).unwrap().into_rgb8();
     assert_eq!(picture.dimensions(), (7, 5));
-    assert_eq!(picture.as_raw().as_slice(), pixels.as_flattened());
+    assert_eq!(*picture.as_raw(), pixels);
     assert!(bytes.windows(4).any(|chunk| chunk == b"sRGB"));
     assert_eq!((written.bytes, written.sha256), (bytes.len() as u64, sha256(&bytes)));
 }
@@ -40,7 +40,7 @@ fn a_height_map_in_png_comes_back_within_half_a_step() {
     let folder = folder();
     let path = folder.path().join("height.png");
     let (values, range) = (ramp(9 * 6), [-120.0, 730.0]);
-    formats::png::write_grey16(&path, [9, 6], &values, range).unwrap();
+    formats::png::write_16(&path, [9, 6], &[values.clone()], range).unwrap();
     sidecar::write(&path, &beside(range)).unwrap();
 
     // An independent reader sees the integers.
@@ -65,7 +65,7 @@ fn a_height_map_in_png_comes_back_within_half_a_step() {
 fn a_png_that_nothing_says_the_heights_of_is_no_height_map() {
     let folder = folder();
     let path = folder.path().join("height.png");
-    formats::png::write_grey16(&path, [4, 4], &ramp(16), [0.0, 1.0]).unwrap();
+    formats::png::write_16(&path, [4, 4], &[ramp(16)], [0.0, 1.0]).unwrap();
     let error = read_map(&path).unwrap().into_metres(None).unwrap_err();
     assert!(matches!(error, Error::NoRange { .. }));
     assert!(error.to_string().contains("height.png.json"), "{error}");
@@ -75,9 +75,21 @@ fn a_png_that_nothing_says_the_heights_of_is_no_height_map() {
 fn a_flat_layer_survives_png() {
     let folder = folder();
     let path = folder.path().join("reef.png");
-    formats::png::write_grey16(&path, [4, 4], &[2.5; 16], [2.5, 2.5]).unwrap();
+    formats::png::write_16(&path, [4, 4], &[vec![2.5; 16]], [2.5, 2.5]).unwrap();
     let map = read_map(&path).unwrap().into_metres(Some([2.5, 2.5])).unwrap();
     assert_eq!(map.values, [2.5; 16]);
+}
+
+#[test]
+fn weights_in_png_are_red_green_blue_and_alpha() {
+    let folder = folder();
+    let path = folder.path().join("splat.png");
+    let channels = [vec![0.0, 1.0], vec![0.25, 0.0], vec![0.5, 0.0], vec![1.0, 2.0]];
+    formats::png::write_16(&path, [2, 1], &channels, [0.0, 1.0]).unwrap();
+    let splat = image::open(&path).unwrap();
+    assert_eq!(splat.color(), image::ColorType::Rgba16);
+    assert_eq!(*splat.into_rgba16().as_raw(), [0, 16384, 32768, 65535, 65535, 0, 0, 65535]);
+    assert!(formats::png::write_16(&path, [2, 1], &channels[..2], [0.0, 1.0]).is_err());
 }
 
 #[test]
@@ -104,7 +116,7 @@ fn layers_in_exr_are_channels_by_name() {
     let folder = folder();
     let path = folder.path().join("land.exr");
     let (height, water) = (ramp(35 * 33), vec![0.125; 35 * 33]);
-    let channels = vec![("water", water.clone()), ("height", height.clone())];
+    let channels = vec![("water".into(), water.clone()), ("height".into(), height.clone())];
     formats::exr::write_channels(&path, [35, 33], channels).unwrap();
 
     let image = exr::prelude::read()
@@ -252,22 +264,22 @@ fn unreadable_files_are_named() {
 fn colour_pictures_and_holes_are_no_maps() {
     let folder = folder();
     let colour = folder.path().join("colour.png");
-    formats::png::write_picture(&colour, [2, 2], &[[1, 2, 3]; 4]).unwrap();
+    formats::png::write_picture(&colour, [2, 2], &[1; 12]).unwrap();
     let error = read_map(&colour).unwrap_err().to_string();
     assert!(error.contains("greyscale"), "{error}");
 
     let hole = folder.path().join("hole.exr");
-    formats::exr::write_channels(&hole, [2, 2], vec![("height", vec![0.0, 1.0, f32::NAN, 3.0])]).unwrap();
+    formats::exr::write_channels(&hole, [2, 2], vec![("height".into(), vec![0.0, 1.0, f32::NAN, 3.0])]).unwrap();
     let error = read_map(&hole).unwrap_err().to_string();
     assert!(error.contains("column 0, row 1"), "{error}");
 
     let nameless = folder.path().join("nameless.exr");
-    formats::exr::write_channels(&nameless, [1, 1], vec![("a", vec![0.0]), ("b", vec![0.0])]).unwrap();
+    formats::exr::write_channels(&nameless, [1, 1], vec![("a".into(), vec![0.0]), ("b".into(), vec![0.0])]).unwrap();
     let error = read_map(&nameless).unwrap_err().to_string();
     assert!(error.contains("a, b") && error.contains("height"), "{error}");
 
     let worded = folder.path().join("height.png");
-    formats::png::write_grey16(&worded, [1, 1], &[0.0], [0.0, 1.0]).unwrap();
+    formats::png::write_16(&worded, [1, 1], &[vec![0.0]], [0.0, 1.0]).unwrap();
     fs::write(sidecar::path(&worded), "{\"min\": \"low\"}").unwrap();
     assert!(matches!(read_map(&worded).unwrap_err(), Error::Corrupt { format: "sidecar", .. }));
 }
@@ -387,7 +399,7 @@ fn beside([min, max]: [f32; 2]) -> Sidecar {
 /// Sound files: the ones that are then damaged.
 fn samples(folder: &Path) -> Vec<(&'static str, Vec<u8>)> {
     let (path, values) = (folder.join("sound"), ramp(24 * 20));
-    formats::png::write_grey16(&path, [24, 20], &values, [-120.0, 730.0]).unwrap();
+    formats::png::write_16(&path, [24, 20], &[values.clone()], [-120.0, 730.0]).unwrap();
     let mut samples = vec![("map.png", fs::read(&path).unwrap())];
     for (compression, blocks) in [
         (Compression::ZIP16, Blocks::ScanLines),

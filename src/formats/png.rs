@@ -6,11 +6,11 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Limits, SrgbRender
 use std::io::{self, BufReader, Write};
 use std::path::Path;
 
-/// Writes a picture of `size` = [width, height] pixels, sRGB-encoded, first row first.
+/// Writes a picture of `size` = [width, height] pixels, three bytes each, sRGB-encoded, first row first.
 ///
 /// # Errors
 /// Those of [`file::write`].
-pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[[u8; 3]]) -> Result<Written, Error> {
+pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<Written, Error> {
     file::write(path, |writer| {
         let mut encoder = Encoder::new(writer, size[0], size[1]);
         encoder.set_color(ColorType::Rgb);
@@ -18,30 +18,41 @@ pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[[u8; 3]]) -> Result<
         encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
         encoder.set_compression(Compression::Balanced);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(pixels.as_flattened())?;
+        writer.write_image_data(pixels)?;
         Ok(writer.finish()?)
     })
 }
 
-/// Writes `size` = [width, height] values as 16-bit grey: `range` maps to 0…65535.
+/// Writes `size` = [width, height] values a channel as 16-bit integers, first row first: `range` maps to 0…65535. One
+/// channel makes a grey file, three and four make RGB and RGBA.
 ///
 /// # Errors
-/// Those of [`file::write`].
-pub fn write_grey16(path: &Path, size: [u32; 2], values: &[f32], range: [f32; 2]) -> Result<Written, Error> {
+/// Those of [`file::write`], and for any other number of channels.
+pub fn write_16(path: &Path, size: [u32; 2], channels: &[Vec<f32>], range: [f32; 2]) -> Result<Written, Error> {
     let quantise = |value: f32| {
         let [min, max] = range.map(f64::from);
         let share = if max > min { (f64::from(value) - min) / (max - min) } else { 0.0 };
         (share.clamp(0.0, 1.0) * f64::from(u16::MAX)).round() as u16
     };
+    let color = match channels.len() {
+        1 => ColorType::Grayscale,
+        3 => ColorType::Rgb,
+        4 => ColorType::Rgba,
+        _ => return Err(Error::Target { path: path.into(), reason: "a PNG holds one, three or four channels" }),
+    };
     file::write(path, |writer| {
         let mut encoder = Encoder::new(writer, size[0], size[1]);
-        encoder.set_color(ColorType::Grayscale);
+        encoder.set_color(color);
         encoder.set_depth(BitDepth::Sixteen);
         encoder.set_compression(Compression::Balanced);
         let mut writer = encoder.write_header()?;
         let mut rows = writer.stream_writer()?;
-        for row in values.chunks(size[0] as usize) {
-            let bytes: Vec<u8> = row.iter().flat_map(|&value| quantise(value).to_be_bytes()).collect();
+        let mut bytes = Vec::new();
+        for row in 0..size[1] as usize {
+            bytes.clear();
+            for index in row * size[0] as usize..(row + 1) * size[0] as usize {
+                bytes.extend(channels.iter().flat_map(|values| quantise(values[index]).to_be_bytes()));
+            }
             rows.write_all(&bytes)?;
         }
         rows.finish()?;
