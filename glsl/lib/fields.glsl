@@ -1,5 +1,4 @@
-// What the ground's other images say between their samples, bilinearly. The includer declares `wetness`, `reef` and
-// `openness`, all r32f and as large as `height`.
+// What images over the ground say between their samples, bilinearly, whatever their resolution.
 #ifndef FIELDS_GLSL
 #define FIELDS_GLSL
 
@@ -10,12 +9,13 @@ struct Stencil {
     vec4 weights;   // of north-west, north-east, south-west, south-east
 };
 
-Stencil stencil(vec2 xz) {
-    vec2 at = clamp(grid_position(xz), vec2(0.0), vec2(frame.cells - 1));
+// For images of `cells` samples a side.
+Stencil stencil(vec2 xz, int cells) {
+    vec2 at = clamp(xz / frame.extent + 0.5, 0.0, 1.0) * float(cells - 1);
     ivec2 cell = ivec2(at);
     vec2 t = at - vec2(cell);
     vec2 s = 1.0 - t;
-    return Stencil(cell, min(cell + 1, ivec2(frame.cells - 1)), vec4(s.x * s.y, t.x * s.y, s.x * t.y, t.x * t.y));
+    return Stencil(cell, min(cell + 1, ivec2(cells - 1)), vec4(s.x * s.y, t.x * s.y, s.x * t.y, t.x * t.y));
 }
 
 #define BILINEAR(field, s) \

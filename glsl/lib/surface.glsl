@@ -42,9 +42,9 @@ Ground ground(Place place) {
 
     // Grass: lush forest in damp hollows, pale and yellow where it is high, steep or exposed.
     float dry = smoothstep(frame.dry_height.x, frame.dry_height.y, above + 0.22 * frame.dry_height.x * (broad.x + hue.x));
-    dry = max(dry, 0.7 * smoothstep(0.6 * frame.rock_slope.x, frame.rock_slope.y, steepness + 0.15 * hue.x));
+    dry = max(dry, 0.8 * smoothstep(0.8 * frame.rock_slope.x, frame.rock_slope.y, steepness + 0.15 * hue.x));
     float hollow = 1.0 - smoothstep(0.6, 0.97, place.openness);
-    float forest = smoothstep(-0.12, 0.12, 0.8 * broad.x + 0.3 * hue.x + 0.25 * trees.x + 1.0 * hollow + 0.22 - 1.0 * dry);
+    float forest = smoothstep(-0.12, 0.12, 0.9 * broad.x + 0.3 * hue.x + 0.25 * trees.x + 1.2 * hollow + 0.3 - 1.1 * dry);
     vec3 canopy = frame.grass * mix(vec3(0.36, 0.50, 0.40), vec3(0.58, 0.68, 0.34), clamp(0.5 + 0.8 * hue.x, 0.0, 1.0));
     vec3 meadow = frame.grass * (1.0 + 0.3 * hue.x + 0.15 * trees.x);
     vec3 grass = mix(meadow, frame.dry_grass * (1.0 + 0.25 * trees.x), dry);
@@ -67,8 +67,10 @@ Ground ground(Place place) {
     // Sea floor: sand with darker grass and rubble; coral where it grew, richest just below the surface.
     float rubble = smoothstep(0.05, 0.7, broad.x + 0.5 * trees.x);
     vec3 floor_colour = frame.sea_floor * (1.0 - 0.42 * rubble);
-    float coral = smoothstep(0.4, 2.5, place.reef) * (1.0 - smoothstep(8.0, 30.0, -above));
-    coral *= smoothstep(-0.55, 0.25, 0.8 * hue.x + 0.8 * trees.x + 0.25);
+    // A reef's flat is mostly rubble and sand; coral is densest on the slope below it.
+    float coral = smoothstep(0.4, 2.5, place.reef) * (1.0 - smoothstep(12.0, 35.0, -above));
+    float cover = mix(-0.35, 0.5, smoothstep(0.7, 3.5, -above));
+    coral *= smoothstep(-0.25, 0.25, 0.6 * hue.x + 0.7 * trees.x + cover);
     floor_colour = mix(floor_colour, frame.reef * (1.0 + 0.5 * trees.x), coral);
 
     Ground found;

@@ -15,6 +15,7 @@ layout(binding = 5, rg32f) uniform readonly image2D shadow;
 layout(binding = 6, rgba16f) uniform writeonly image2D glow;
 
 #include "lib/heightfield.glsl"
+#include "lib/coarse.glsl"
 #include "lib/texture.glsl"
 #include "lib/surface.glsl"
 #include "lib/sky.glsl"
@@ -22,18 +23,18 @@ layout(binding = 6, rgba16f) uniform writeonly image2D glow;
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, ivec2(frame.cells)))) return;
-    vec2 xz = vec2(at) * frame.cell_size - 0.5 * frame.extent;
+    if (!on_coarse_grid(at)) return;
+    vec2 xz = coarse_position(at);
     Place place;
-    place.point = vec3(xz.x, height_at(at), xz.y);
+    place.point = vec3(xz.x, height_at(ground_cell(at)), xz.y);
     place.slope = height_slope(xz);
-    place.wetness = imageLoad(wetness, at).x;
-    place.reef = imageLoad(reef, at).x;
+    place.wetness = imageLoad(wetness, ground_cell(at)).x;
+    place.reef = imageLoad(reef, ground_cell(at)).x;
     place.openness = imageLoad(openness, at).x;
-    place.footprint = frame.cell_size;
+    place.footprint = coarse_cell_size();
     Ground found = ground(place);
     vec3 light = frame.sun_irradiance * max(dot(found.normal, frame.sun_direction), 0.0)
-               * sun_visibility(place.point.y, imageLoad(shadow, at).xy, frame.cell_size)
+               * sun_visibility(place.point.y, imageLoad(shadow, at).xy, coarse_cell_size())
                + sky_irradiance(found.normal) * place.openness + bounced(found.albedo, place.openness);
     imageStore(glow, at, vec4(found.albedo / PI * light, 1.0));
 }

@@ -16,6 +16,7 @@ layout(binding = 6, rgba32f) uniform writeonly image2D normal_map; // world (x, 
 layout(binding = 7, rgba32f) uniform writeonly image2D splat_map;  // grass, rock, sand, sea floor
 
 #include "lib/heightfield.glsl"
+#include "lib/fields.glsl"
 #include "lib/texture.glsl"
 #include "lib/surface.glsl"
 
@@ -34,7 +35,7 @@ void main() {
     place.slope = vec2(height_at(east) - height_at(west), height_at(south) - height_at(north)) / run;
     place.wetness = imageLoad(wetness, at).x;
     place.reef = imageLoad(reef, at).x;
-    place.openness = imageLoad(openness, at).x;
+    place.openness = BILINEAR(openness, stencil(xz, imageSize(openness).x)).x;
     place.footprint = frame.cell_size;
     vec3 normal = normal_from_slope(place.slope);
     imageStore(slope_map, at, vec4(degrees(atan(length(place.slope))), 0.0, 0.0, 0.0));

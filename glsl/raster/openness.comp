@@ -13,6 +13,7 @@ layout(binding = 1, r32f) uniform readonly image2D height;
 layout(binding = 2, r32f) uniform writeonly image2D openness;
 
 #include "lib/heightfield.glsl"
+#include "lib/coarse.glsl"
 
 const int DIRECTIONS = 16;
 const int STEPS = 16;
@@ -26,12 +27,12 @@ float slice(float e, float rise, float lean) {
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, ivec2(frame.cells)))) return;
-    float here = height_at(at);
-    vec2 slope = height_slope(vec2(at) * frame.cell_size - 0.5 * frame.extent);
+    if (!on_coarse_grid(at)) return;
+    float here = height_at(ground_cell(at));
+    vec2 slope = height_slope(coarse_position(at));
     vec3 normal = normal_from_slope(slope);
     // Steps grow until they reach a fifth of the grid.
-    float growth = pow(0.2 * float(frame.cells), 1.0 / float(STEPS - 1));
+    float growth = pow(0.2 * float(push.cells), 1.0 / float(STEPS - 1));
     float seen = 0.0;
     float all = 0.0;
     for (int direction = 0; direction < DIRECTIONS; ++direction) {
@@ -41,8 +42,10 @@ void main() {
         float reach = 1.0;
         for (int index = 0; index < STEPS; ++index) {
             ivec2 offset = ivec2(round(toward * reach));
-            float rise = height_at(at + offset) - here;
-            steepest = max(steepest, rise / (length(vec2(offset)) * frame.cell_size));
+            vec2 run = vec2(offset) * coarse_cell_size();
+            float rise = height_at(ground_cell(at + offset)) - here;
+            // What only continues the ground's own slope hides nothing more.
+            if (rise > dot(slope, run) + 1e-3 * length(run)) steepest = max(steepest, rise / length(run));
             reach *= growth;
         }
         float lean = dot(normal.xz, toward);

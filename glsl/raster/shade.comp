@@ -20,7 +20,8 @@ layout(binding = 9, rg32f) uniform readonly image2D shadow;
 layout(binding = 10, rgba16f) uniform readonly image2D glow;
 
 layout(push_constant, scalar) uniform Push {
-    ivec2 origin;   // of the tile, in samples of the whole picture
+    ivec2 origin;      // of the tile, in samples of the whole picture
+    int coarse_cells;  // side of the grid of openness, surf, shadow and glow
 } push;
 
 #include "lib/heightfield.glsl"
@@ -50,6 +51,11 @@ Hit sea_bottom(vec3 start, vec3 along, float footprint) {
         path += 0.8 * gap / -along.y;
     }
     path = max(path, 0.0);
+    vec3 at = start + path * along;
+    // A reef's flat is not as flat as the grid knows it: pools of a metre lie between its heads.
+    float pool = 1.4 * smoothstep(-0.1, 0.7, mottle(at.xz, 130.0, 6, 0.65, footprint, 401u).x)
+               * smoothstep(0.4, 2.5, BILINEAR(reef, stencil(at.xz, frame.cells)).x);
+    path += pool / -along.y;
     return Hit(start + path * along, footprint, path);
 }
 
@@ -60,10 +66,11 @@ vec4 mirrored_land(vec3 start, vec3 along, float spread) {
     for (int index = 0; index < 28 && seen.a < 0.99; ++index) {
         vec3 at = start + distance_along * along;
         if (at.y > frame.top || outside(at.xz) > 0.0) break;
-        ivec2 cell = clamp_to_grid(ivec2(round(grid_position(at.xz))));
+        float ground = height_at(ivec2(round(grid_position(at.xz))));
         float blur = 0.5 * frame.cell_size + spread * distance_along;
-        float cover = smoothstep(-blur, blur, height_at(cell) - at.y)
-                    * smoothstep(frame.sea_level, frame.sea_level + 2.0, height_at(cell));
+        float cover = smoothstep(-blur, blur, ground - at.y)
+                    * smoothstep(frame.sea_level, frame.sea_level + 2.0, ground);
+        ivec2 cell = ivec2(round((at.xz / frame.extent + 0.5) * float(push.coarse_cells - 1)));
         seen += (1.0 - seen.a) * cover * vec4(imageLoad(glow, cell).rgb, 1.0);
         distance_along *= 1.25;
     }
@@ -80,17 +87,19 @@ vec3 wet(vec3 bed, vec3 view, float depth, float openness) {
 }
 
 // Radiance that leaves the ground towards the eye. Under water, light arrives and bounces as the sea lets it.
-vec3 ground_radiance(Hit hit, vec3 view, Stencil s) {
+vec3 ground_radiance(Hit hit, vec3 view) {
+    Stencil s = stencil(hit.point.xz, frame.cells);
+    Stencil coarse = stencil(hit.point.xz, push.coarse_cells);
     Place place;
     place.point = hit.point;
     place.slope = height_slope(hit.point.xz);
     place.wetness = BILINEAR(wetness, s).x;
     place.reef = BILINEAR(reef, s).x;
-    place.openness = BILINEAR(openness, s).x;
+    place.openness = BILINEAR(openness, coarse).x;
     place.footprint = hit.footprint;
     Ground found = ground(place);
 
-    float visible = sun_visibility(hit.point.y, BILINEAR(shadow, s).xy, 0.3 * frame.cell_size + hit.footprint);
+    float visible = sun_visibility(hit.point.y, BILINEAR(shadow, coarse).xy, 0.3 * frame.cell_size + hit.footprint);
     vec3 sun = frame.sun_irradiance * visible;
     float depth = frame.sea_level - hit.point.y;
     if (depth <= 0.0) {
@@ -128,7 +137,8 @@ float foam(vec2 xz, float depth, float exposure, float footprint) {
     return clamp(surge * max(max(breakers, behind), swash), 0.0, 1.0);
 }
 
-vec3 sea_radiance(vec3 surface, vec3 view, float footprint, Hit bottom, vec3 bottom_radiance, Stencil s) {
+vec3 sea_radiance(vec3 surface, vec3 view, float footprint, Hit bottom, vec3 bottom_radiance) {
+    Stencil s = stencil(surface.xz, push.coarse_cells);
     Ripples waves = ripples(surface.xz, footprint);
     vec3 normal = normal_from_slope(waves.slope);
     float cosine = max(dot(normal, -view), 0.02);
@@ -180,10 +190,7 @@ void main() {
         footprint *= inversesqrt(max(-view.y, 0.02));
         hit = sea_bottom(surface, refract(view, vec3(0.0, 1.0, 0.0), 1.0 / REFRACTIVE_INDEX), footprint);
     }
-    Stencil s = stencil(hit.point.xz);
-    vec3 seen = ground_radiance(hit, view, s);
-    if (sea) {
-        seen = sea_radiance(surface, view, footprint, hit, seen, stencil(surface.xz));
-    }
+    vec3 seen = ground_radiance(hit, view);
+    if (sea) seen = sea_radiance(surface, view, footprint, hit, seen);
     imageStore(radiance, at, vec4(veil(seen, view, path), 1.0));
 }

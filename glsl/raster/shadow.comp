@@ -13,24 +13,25 @@ layout(binding = 1, r32f) uniform readonly image2D height;
 layout(binding = 2, rg32f) uniform writeonly image2D shadow;
 
 #include "lib/heightfield.glsl"
+#include "lib/coarse.glsl"
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, ivec2(frame.cells)))) return;
-    vec2 start = vec2(at) * frame.cell_size - 0.5 * frame.extent;
+    if (!on_coarse_grid(at)) return;
+    vec2 start = coarse_position(at);
     float level = length(frame.sun_direction.xz);
-    float lowest = height_at(at) - 1e4;
+    float lowest = height_at(ground_cell(at)) - 1e4;
     if (level < 1e-4 || frame.sun_direction.y <= 0.0) {
         imageStore(shadow, at, vec4(lowest, 0.0, 0.0, 0.0));
         return;
     }
     vec2 toward = frame.sun_direction.xz / level;
     float rise = frame.sun_direction.y / level;
-    float stride = frame.cell_size / max(abs(toward.x), abs(toward.y));
+    float stride = coarse_cell_size() / max(abs(toward.x), abs(toward.y));
     float best = lowest;
     float distance_of_best = 0.0;
     // A ray that is above the highest ground meets nothing more.
-    int last = int(min(float(2 * frame.cells), (frame.top - height_at(at)) / (rise * stride) + 2.0));
+    int last = int(min(float(2 * push.cells), (frame.top - height_at(ground_cell(at))) / (rise * stride) + 2.0));
     for (int index = 1; index <= last; ++index) {
         float along = float(index) * stride;
         vec2 xz = start + along * toward;

@@ -12,6 +12,7 @@ layout(binding = 1, r32f) uniform readonly image2D height;
 layout(binding = 2, r32f) uniform writeonly image2D surf;
 
 #include "lib/heightfield.glsl"
+#include "lib/coarse.glsl"
 
 const int DIRECTIONS = 16;
 const float FETCH = 1500.0;        // metres of open water that make waves
@@ -20,15 +21,15 @@ const float BREAKING_ZONE = 40.0;  // metres that a breaker runs on
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
-    if (any(greaterThanEqual(at, ivec2(frame.cells)))) return;
-    float depth = frame.sea_level - height_at(at);
+    if (!on_coarse_grid(at)) return;
+    float depth = frame.sea_level - height_at(ground_cell(at));
     if (depth < -4.0 || depth > 14.0) {
         imageStore(surf, at, vec4(0.0));
         return;
     }
-    float stride = max(1.5, FETCH / frame.cell_size / 96.0);
-    int steps = int(FETCH / frame.cell_size / stride);
-    float first = max(BREAKING_ZONE / frame.cell_size, 1.5);
+    float stride = max(1.5, FETCH / coarse_cell_size() / 96.0);
+    int steps = int(FETCH / coarse_cell_size() / stride);
+    float first = max(BREAKING_ZONE / coarse_cell_size(), 1.5);
     int open = 0;
     for (int direction = 0; direction < DIRECTIONS; ++direction) {
         float azimuth = 2.0 * PI * (float(direction) + 0.5) / float(DIRECTIONS);
@@ -36,8 +37,8 @@ void main() {
         bool blocked = false;
         for (int index = 0; index < steps && !blocked; ++index) {
             ivec2 cell = at + ivec2(round(toward * (first + float(index) * stride)));
-            if (cell != clamp_to_grid(cell)) break;
-            blocked = height_at(cell) > frame.sea_level - BREAKING_DEPTH;
+            if (!on_coarse_grid(cell)) break;
+            blocked = height_at(ground_cell(cell)) > frame.sea_level - BREAKING_DEPTH;
         }
         open += blocked ? 0 : 1;
     }

@@ -8,7 +8,7 @@ use crate::gpu::{
 use crate::scene::Scene;
 use crate::shaders::raster::{glow, openness, shadow, surf};
 
-/// Images as large as the ground's grid.
+/// Images over the ground, as fine as its grid or coarser: see [`FINEST`].
 pub struct Exposure {
     /// Height at which the sun comes out (m above the datum), and how far away what hides it is (m).
     pub shadow: Image<Rg32f>,
@@ -19,6 +19,9 @@ pub struct Exposure {
     /// Radiance that leaves the ground, cd/m².
     pub glow: Image<Rgba16f>,
 }
+
+/// Most samples a side. What the images hold varies smoothly, so that more would cost much and show nothing.
+const FINEST: u32 = 1024;
 
 pub(super) struct Passes {
     shadow: Compute<shadow::Shader>,
@@ -39,7 +42,8 @@ impl Passes {
 
     pub fn measure(&self, gpu: &Gpu, scene: &Scene, prepared: &Prepared) -> gpu::Result<Exposure> {
         let ground = &scene.ground;
-        let size = ground.height.size();
+        let cells = ground.grid.cells.min(FINEST);
+        let size = [cells; 2];
         let exposure = Exposure {
             shadow: Image::new(gpu, "shadow", size)?,
             openness: Image::new(gpu, "openness", size)?,
@@ -50,16 +54,16 @@ impl Passes {
         let mut rec = Recorder::new(gpu);
         rec.concurrent(|rec| {
             let shadow = shadow::Bindings { frame, height, shadow: &exposure.shadow };
-            rec.dispatch(&self.shadow, size, (), shadow);
+            rec.dispatch(&self.shadow, size, shadow::Push { cells: cells as i32 }, shadow);
             let openness = openness::Bindings { frame, height, openness: &exposure.openness };
-            rec.dispatch(&self.openness, size, (), openness);
+            rec.dispatch(&self.openness, size, openness::Push { cells: cells as i32 }, openness);
             let surf = surf::Bindings { frame, height, surf: &exposure.surf };
-            rec.dispatch(&self.surf, size, (), surf);
+            rec.dispatch(&self.surf, size, surf::Push { cells: cells as i32 }, surf);
         });
         rec.dispatch(
             &self.glow,
             size,
-            (),
+            glow::Push { cells: cells as i32 },
             glow::Bindings {
                 frame,
                 height,

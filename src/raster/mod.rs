@@ -168,7 +168,10 @@ impl Renderer {
         rec.dispatch(
             &self.shade,
             tile.sample_size(),
-            shade::Push { origin: tile.origin.map(|at| (at * tile.samples) as i32) },
+            shade::Push {
+                origin: tile.origin.map(|at| (at * tile.samples) as i32),
+                coarse_cells: exposure.openness.size()[0] as i32,
+            },
             shade::Bindings {
                 frame: &prepared.frame,
                 range,
