@@ -1,5 +1,9 @@
 //! What makers hand to renderers: plain values in metres, radians and cd/m².
 
+mod ground;
+
+pub use ground::Ground;
+
 use glam::Vec3;
 
 /// Distant light: the sky's dome and the sun's disc.
