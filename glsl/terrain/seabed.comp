@@ -10,7 +10,6 @@ layout(local_size_x = 64, local_size_y = 1) in;
 layout(binding = 0, r32f) uniform readonly image2D height_in;
 layout(binding = 1, r32f) uniform writeonly image2D height_out;
 layout(binding = 2, r32f) uniform image2D change;
-layout(binding = 3, r32f) uniform readonly image2D start;
 layout(push_constant, scalar) uniform Push { float sea_level; } push;
 
 void main() {
@@ -19,10 +18,8 @@ void main() {
 
     Stencil at = stencil(cell, imageSize(height_in));
     float h = imageLoad(height_in, cell).x;
-    bool settles = h < push.sea_level && all(at.axis);
-    precise float moved = settles ? sum(AXIS(height_in, at)) / 4.0 - h : 0.0;
-    precise float e = imageLoad(change, cell).x + moved;
-    precise float settled = imageLoad(start, cell).x + e;
+    float settled = h < push.sea_level && all(at.axis) ? sum(AXIS(height_in, at)) / 4.0 : h;
+    precise float e = imageLoad(change, cell).x + (settled - h);
     imageStore(change, cell, vec4(e));
     imageStore(height_out, cell, vec4(settled));
 }

@@ -31,12 +31,7 @@ impl Process for Seabed {
             &self.pass,
             height.src().size(),
             Push { sea_level: self.sea_level },
-            Bindings {
-                height_in: height.src(),
-                height_out: height.dst(),
-                change: &fields.change,
-                start: &fields.start,
-            },
+            Bindings { height_in: height.src(), height_out: height.dst(), change: &fields.change },
         );
         height.swap();
     }
