@@ -2,7 +2,7 @@
 #ifndef NOISE_GLSL
 #define NOISE_GLSL
 
-#include "hash.glsl"
+#include "lib/hash.glsl"
 
 // The 16 gradients are unit vectors at odd multiples of π/16.
 vec2 gradient_of(uint bits) {

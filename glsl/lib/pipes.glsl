@@ -3,7 +3,7 @@
 #ifndef PIPES_GLSL
 #define PIPES_GLSL
 
-#include "grid.glsl"
+#include "lib/grid.glsl"
 
 layout(constant_id = 0) const uint PIPES = 8; // or 4
 layout(constant_id = 1) const bool CONTROLS = false;

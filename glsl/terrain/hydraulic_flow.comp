@@ -53,8 +53,8 @@ vec4 accelerate(vec4 flux, float ground, float surface, vec4 ground_n, vec4 surf
         vec4 share = mix(vec4(1.0), clamp(steepest * pipe_length / drop, vec4(1.0), vec4(10.0)), greaterThan(drop, vec4(0.0)));
         precise vec4 root = depth * depth + 4.0 * push.time_step * push.drag * (share * discharge);
         discharge = 2.0 * discharge * depth / max(depth + sqrt(root), vec4(1e-30));
-    } else if (!FIXED_SECTION) {
-        discharge = mix(vec4(0.0), discharge, greaterThan(depth, vec4(0.0)));
+    } else {
+        discharge = mix(vec4(0.0), discharge, greaterThan(section, vec4(0.0)));
     }
     return width * discharge;
 }
@@ -123,10 +123,8 @@ void main() {
     if (PIPES == 8u) {
         diagonal = accelerate(diagonal, ground, surface, ground_diagonal, surface_diagonal, steepest, SQRT2 * l, SQRT2 / 6.0 * l);
     }
-    if (!OPEN) {
-        axis = mix(vec4(0.0), axis, at.axis);
-        diagonal = mix(vec4(0.0), diagonal, at.diagonal);
-    }
+    axis = mix(vec4(0.0), axis, OPEN ? bvec4(true) : at.axis);
+    diagonal = mix(vec4(0.0), diagonal, OPEN ? bvec4(true) : at.diagonal);
 
     // No cell gives more than it has (9).
     float outflow = sum(axis, diagonal);
