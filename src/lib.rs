@@ -1,9 +1,14 @@
 //! terrane: whole landscapes from one text file, made and shown with Vulkan.
 
+pub mod app;
 pub mod core;
+pub mod formats;
 pub mod gpu;
+pub mod raster;
 pub mod scene;
+pub mod sky;
 pub mod terrain;
+pub mod world;
 
 /// The Rust side of every shader under `glsl/`, written by build.rs.
 #[rustfmt::skip]

@@ -81,7 +81,7 @@ impl Fields {
         }
         let pass = Compute::<control::Shader>::new(gpu, ())?;
         let mut rec = Recorder::new(gpu);
-        rec.upload(&self.controls, &vec![[1.0; 4]; self.grid.len()]);
+        rec.upload(&self.controls, &vec![[1.0; 4]; self.grid.samples()]);
         for (channel, map) in plan.controls.channels().into_iter().enumerate() {
             let Some(map) = map else { continue };
             let raster = map.image(gpu)?;

@@ -11,6 +11,7 @@ pub mod thermal;
 
 pub use self::{
     fields::Fields,
+    schedule::Stage,
     simulation::{Layer, Progress, Simulation},
 };
 

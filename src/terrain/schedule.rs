@@ -73,7 +73,7 @@ impl Plan {
     /// Device memory that the simulation needs, without what single layers need while they are made.
     pub fn memory(&self) -> Vec<Memory> {
         let images = Images::of(self);
-        let cells = self.grid.len() as u64;
+        let cells = self.grid.samples() as u64;
         let kept = |used: bool, bytes_per_cell: u64| if used { cells * bytes_per_cell } else { 0 };
         [
             ("ground", kept(true, 4 * 4)),

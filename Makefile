@@ -1,0 +1,45 @@
+# demo and test install what a fresh Debian or Ubuntu machine with Rust lacks; everything shares one cargo profile and
+# one target folder, so that shaderc and the dependencies compile once (some eight minutes on two cores).
+
+CARGO ?= cargo
+RUN = $(CARGO) run --release --locked --quiet --
+TEST = $(CARGO) test --release --locked
+# Random cases a property gets from `make fuzz`.
+CASES ?= 100000
+
+.PHONY: help demo test test-long fuzz lint doc
+
+help:
+	@echo 'make demo       build, and render configs/island/volcano.toml to out/volcano.png'
+	@echo 'make test       the test suite, on the Vulkan device that is found (lavapipe will do)'
+	@echo 'make test-long  the tests that take too long for every change'
+	@echo 'make fuzz       the readers of files against CASES=$(CASES) random files'
+	@echo 'make lint       formatting and clippy, warnings denied'
+	@echo 'make doc        the documentation of the library, warnings denied'
+
+demo:
+	@scripts/install.sh
+	@echo 'Building: the first time takes some minutes, most of them for the shader compiler.'
+	$(CARGO) build --release --locked
+	@mkdir -p out
+	$(RUN) render configs/island/volcano.toml -o out/volcano.png
+	@echo 'The picture is out/volcano.png.'
+
+test:
+	@scripts/install.sh validation
+	$(TEST)
+
+test-long:
+	@scripts/install.sh validation
+	$(TEST) --tests -- --ignored
+
+fuzz:
+	@scripts/install.sh
+	PROPTEST_CASES=$(CASES) $(TEST) --tests fuzz
+
+lint:
+	$(CARGO) fmt --check
+	$(CARGO) clippy --release --locked --all-targets -- -D warnings
+
+doc:
+	RUSTDOCFLAGS='-D warnings' $(CARGO) doc --release --locked --no-deps

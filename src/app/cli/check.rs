@@ -1,0 +1,120 @@
+//! `terrane check`: whether a world can be made, and what it takes, without making it.
+
+use super::options::{DeviceOptions, OutputOptions, WorldOptions};
+use crate::app::report::Details;
+use crate::app::{Error, Session, land};
+use crate::gpu;
+use crate::terrain::Stage;
+use crate::world::World;
+use clap::Args;
+use serde_json::json;
+use std::fmt::{self, Display, Formatter};
+use std::io::{self, Write};
+
+/// Check a world file, and print what making its land takes
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    world: WorldOptions,
+    // A device is asked only if it is named.
+    #[command(flatten)]
+    device: DeviceOptions,
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let world = land::load(&arguments.world, session)?;
+    session.report.details = Some(Details::Plan(object(&world)));
+    if !arguments.output.quiet && !arguments.output.json {
+        // Nobody may be reading.
+        let _ = write!(io::stdout().lock(), "{}", Table(&world));
+    }
+
+    let mut limit = arguments.device.memory_limit;
+    if arguments.device.device.is_some() {
+        let gpu = land::open(&arguments.device, session)?;
+        let (cells, most) = (world.plan.grid.cells, gpu.info().max_image);
+        if cells > most {
+            let reason = format!("terrain.cells is {cells}, and its images have at most {most} texels a side");
+            return Err(gpu::Error::Unsupported(reason).into());
+        }
+        limit = Some(gpu.memory().limit);
+    }
+    let needed = bytes_needed(&world);
+    match limit {
+        Some(limit) if needed > limit => Err(Error::Memory(format!(
+            "the land needs {} of device memory and {} may be used; lower terrain.cells, or raise --memory-limit",
+            mebibytes(needed),
+            mebibytes(limit)
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn bytes_needed(world: &World) -> u64 {
+    world.plan.memory().iter().map(|part| part.bytes).sum()
+}
+
+/// The plan for programs.
+fn object(world: &World) -> serde_json::Value {
+    let plan = &world.plan;
+    let stages: Vec<_> = plan
+        .stages()
+        .into_iter()
+        .map(|(stage, iterations)| json!({ "name": stage.name(), "iterations": iterations }))
+        .collect();
+    let memory: Vec<_> =
+        plan.memory().into_iter().map(|part| json!({ "name": part.name, "bytes": part.bytes })).collect();
+    json!({
+        "cells": plan.grid.cells,
+        "extent": plan.grid.extent,
+        "cell_size": plan.grid.cell_size(),
+        "sea_level": plan.sea_level,
+        "final_sea_level": plan.final_sea_level(),
+        "stages": stages,
+        "time_step": plan.time_step(),
+        "reef_step": plan.reef.as_ref().map(|reef| reef.step),
+        "memory": memory,
+        "memory_bytes": bytes_needed(world),
+        "picture": { "width": world.film.width, "height": world.film.height },
+    })
+}
+
+/// The plan for people.
+struct Table<'a>(&'a World);
+
+impl Display for Table<'_> {
+    fn fmt(&self, out: &mut Formatter) -> fmt::Result {
+        let Table(world) = self;
+        let plan = &world.plan;
+        let grid = plan.grid;
+        writeln!(out, "{}, seed {}", world.name, world.seed)?;
+        writeln!(
+            out,
+            "grid     {0} × {0} samples over {1} m, {2:.3} m apart",
+            grid.cells,
+            grid.extent,
+            grid.cell_size()
+        )?;
+        writeln!(out, "sea      {} m above the datum, {} m at the end", plan.sea_level, plan.final_sea_level())?;
+        for (index, (stage, iterations)) in plan.stages().into_iter().enumerate() {
+            let heading = if index == 0 { "stages" } else { "" };
+            write!(out, "{heading:<8} {:<16} {iterations:>6}", stage.name())?;
+            match (stage, plan.time_step(), &plan.reef) {
+                (Stage::Hydraulic, Some(step), _) => writeln!(out, " steps of {step:.4} model seconds")?,
+                (Stage::Reef, _, Some(reef)) => writeln!(out, " steps of {} years", reef.step)?,
+                _ => writeln!(out)?,
+            }
+        }
+        let memory = plan.memory();
+        let parts: Vec<String> =
+            memory.iter().map(|part| format!("{} {}", part.name, mebibytes(part.bytes))).collect();
+        writeln!(out, "memory   {} on the device: {}", mebibytes(bytes_needed(world)), parts.join(", "))?;
+        writeln!(out, "picture  {} × {} pixels", world.film.width, world.film.height)
+    }
+}
+
+fn mebibytes(bytes: u64) -> String {
+    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+}

@@ -1,0 +1,60 @@
+//! `terrane devices`: what there is to run on.
+
+use super::options::OutputOptions;
+use crate::app::report::Details;
+use crate::app::{Error, Session};
+use crate::gpu::{self, DeviceInfo};
+use clap::Args;
+use serde_json::json;
+use std::io::{self, Write};
+
+/// List the Vulkan devices of this machine
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let devices = gpu::devices()?;
+    session.report.details = Some(Details::Devices(devices.iter().map(object).collect()));
+    if !arguments.output.json {
+        let mut out = io::stdout().lock();
+        for device in &devices {
+            // Nobody may be reading.
+            let _ = writeln!(out, "{}", line(device));
+        }
+    }
+    Ok(())
+}
+
+fn object(device: &DeviceInfo) -> serde_json::Value {
+    let [major, minor, patch] = device.vulkan;
+    json!({
+        "index": device.index,
+        "name": device.name,
+        "kind": device.kind.to_string(),
+        "driver": device.driver,
+        "vulkan": format!("{major}.{minor}.{patch}"),
+        "memory_bytes": device.memory,
+        "max_image": device.max_image,
+        "usable": device.missing.is_empty(),
+        "missing": device.missing,
+    })
+}
+
+fn line(device: &DeviceInfo) -> String {
+    let [major, minor, patch] = device.vulkan;
+    let mut line = format!(
+        "{}  {}, {}, {}, Vulkan {major}.{minor}.{patch}, {:.1} GiB",
+        device.index,
+        device.name,
+        device.kind,
+        device.driver,
+        device.memory as f64 / f64::from(1 << 30)
+    );
+    if !device.missing.is_empty() {
+        line += &format!(" (can't be used: lacks {})", device.missing.join(", "));
+    }
+    line
+}

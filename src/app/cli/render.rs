@@ -1,0 +1,83 @@
+//! `terrane render`: a picture of a world.
+
+use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
+use super::output::{Place, check_extension};
+use crate::app::{Error, Session, interrupt, land};
+use crate::formats;
+use crate::raster::{Picture, Renderer};
+use crate::scene::Film;
+use clap::Args;
+use std::path::{Path, PathBuf};
+
+/// Render a picture of a world
+#[derive(Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    world: WorldOptions,
+
+    /// Picture to write, .png or .exr, or a folder for it [default: ./<world>.png]
+    #[arg(short, value_name = "OUT")]
+    out: Option<PathBuf>,
+
+    /// Size of the picture in pixels [default: the world's]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<Size>,
+
+    /// How the picture is made: raster
+    #[arg(long, default_value = "raster", value_parser = renderer)]
+    renderer: (),
+
+    #[command(flatten)]
+    device: DeviceOptions,
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+const EXTENSIONS: [&str; 2] = ["png", "exr"];
+
+pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let place = Place::of(arguments.out.as_deref().unwrap_or(Path::new("./")));
+    if let Place::File(path) = &place {
+        check_extension(path, &EXTENSIONS)?;
+    }
+    let world = land::load(&arguments.world, session)?;
+    let mut film = world.film;
+    if let Some(Size { width, height }) = arguments.size {
+        film = Film { width, height, ..film };
+    }
+    let name = format!("{}.png", world.name);
+    place.prepare([name.as_str()])?;
+
+    interrupt::listen();
+    let gpu = land::open(&arguments.device, session)?;
+    let renderer = Renderer::new(&gpu)?;
+    let ground = land::simulate(&gpu, &world, session)?.land()?;
+
+    session.progress.show("picture", 0, 1);
+    let picture = renderer.render(&land::scene(&world, ground), &film)?;
+    session.progress.show("picture", 1, 1);
+    session.progress.end();
+    interrupt::check()?;
+
+    write(&place.file(&name), &picture, &film, session)
+}
+
+fn write(path: &Path, picture: &Picture, film: &Film, session: &mut Session) -> Result<(), Error> {
+    let size = [picture.width, picture.height];
+    let written = match formats::extension(path).as_str() {
+        "exr" => formats::exr::write_picture(path, size, &picture.pixels, 1.0 / film.exposure)?,
+        _ => formats::png::write_picture(path, size, &picture.developed(film.tone_map))?,
+    };
+    session.progress.say(&format!("wrote {}, {} × {} pixels", path.display(), picture.width, picture.height));
+    session.report.wrote(&written);
+    Ok(())
+}
+
+/// There is one renderer so far.
+fn renderer(name: &str) -> Result<(), String> {
+    match name {
+        "raster" => Ok(()),
+        "trace" => Err("the path tracer is not available in this version; use raster".into()),
+        _ => Err("use raster".into()),
+    }
+}

@@ -1,0 +1,45 @@
+//! Everything that ends a run, and what the process exits with.
+
+use crate::{formats, gpu, world};
+
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The arguments don't go together.
+    #[error("{0}")]
+    Usage(String),
+    /// What was asked for is not in the world.
+    #[error("{0}")]
+    Missing(String),
+    /// More memory than was allowed.
+    #[error("{0}")]
+    Memory(String),
+    #[error(transparent)]
+    World(#[from] world::Error),
+    #[error(transparent)]
+    Gpu(#[from] gpu::Error),
+    #[error(transparent)]
+    File(#[from] formats::Error),
+    #[error("interrupted; no file was written")]
+    Interrupted,
+}
+
+impl Error {
+    /// 1 other · 2 usage · 3 something the user wrote is wrong · 4 no such device, no driver · 5 device lost · 6 memory ·
+    /// 7 input and output · 130 interrupted.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Usage(_) => 2,
+            Error::Missing(_) => 3,
+            Error::Memory(_) => 6,
+            Error::World(error) => error.exit_code(),
+            Error::Gpu(error) => match error {
+                gpu::Error::Loader { .. } | gpu::Error::NoDevice(_) | gpu::Error::Unsupported(_) => 4,
+                gpu::Error::Lost { .. } => 5,
+                gpu::Error::MemoryLimit { .. } | gpu::Error::OutOfMemory { .. } => 6,
+                gpu::Error::Vk { .. } => 1,
+            },
+            Error::File(_) => 7,
+            Error::Interrupted => 130,
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! From a world file to finished land: what every verb that shows or writes land begins with.
+
+use super::cli::options::{DeviceOptions, WorldOptions};
+use super::{Error, Session, interrupt};
+use crate::gpu::{self, Gpu};
+use crate::scene::{Ground, Scene};
+use crate::terrain::Simulation;
+use crate::world::{self, Overrides, World};
+use std::time::Duration;
+
+/// Work between two looks at the clock and at Ctrl-C.
+const SLICE: Duration = Duration::from_millis(100);
+
+/// Reads and checks the world.
+pub fn load(options: &WorldOptions, session: &mut Session) -> Result<World, Error> {
+    session.report.world = Some(options.world.to_string_lossy().into_owned());
+    let overrides = Overrides { set: options.set.clone(), seed: options.seed };
+    let world = world::load(&options.world, &overrides)?;
+    session.report.seed = Some(world.seed);
+    for warning in &world.warnings {
+        session.progress.say(&format!("warning: {warning}"));
+    }
+    session.report.warnings = world.warnings.clone();
+    Ok(world)
+}
+
+/// Opens the device.
+pub fn open(options: &DeviceOptions, session: &mut Session) -> Result<Gpu, Error> {
+    let options =
+        gpu::Options { device: options.device.clone(), memory_limit: options.memory_limit, ..Default::default() };
+    let gpu = Gpu::new(&options)?;
+    session.report.device = Some(gpu.info().name.clone());
+    Ok(gpu)
+}
+
+/// Runs the simulation to its end, or to an interruption.
+pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simulation, Error> {
+    let mut simulation = Simulation::new(gpu, &world.plan)?;
+    let mut progress = simulation.progress();
+    while !progress.finished {
+        interrupt::check()?;
+        session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
+        let before = progress;
+        progress = simulation.step(SLICE)?;
+        if progress.stage != before.stage {
+            session.progress.show(before.stage.name(), before.of.into(), before.of.into());
+        }
+    }
+    session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
+    session.progress.end();
+    interrupt::check()?;
+    Ok(simulation)
+}
+
+/// The scene of a world on its finished land.
+pub fn scene(world: &World, ground: Ground) -> Scene {
+    Scene { ground, light: world.light, sea: world.sea, surface: world.surface.clone(), camera: world.camera }
+}

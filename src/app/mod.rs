@@ -1,0 +1,67 @@
+//! The program: what was typed becomes calls of the library; progress, interruption, the report of what came of it.
+
+mod cli;
+mod error;
+mod interrupt;
+mod land;
+mod progress;
+mod report;
+
+pub use error::Error;
+
+use clap::Parser;
+use cli::Cli;
+use progress::Progress;
+use report::Report;
+use std::ffi::OsString;
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// Runs the program with the arguments of the process. Everything that fails is reported here, once.
+pub fn main() -> ExitCode {
+    let arguments: Vec<OsString> = std::env::args_os().collect();
+    let cli = match Cli::try_parse_from(&arguments) {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&arguments, &error),
+    };
+    let mut session = Session { report: Report::of(cli.name()), progress: Progress::new(cli.voice()) };
+    let result = cli.run(&mut session);
+
+    let Session { mut report, mut progress } = session;
+    progress.end();
+    report.stages = progress.into_stages();
+    let mut code = 0;
+    if let Err(error) = result {
+        code = error.exit_code();
+        complain(&error.to_string());
+        report.fail(code, &error);
+    }
+    if cli.json() {
+        report.print();
+    }
+    ExitCode::from(code)
+}
+
+/// What a verb tells about its work while it runs.
+struct Session {
+    report: Report,
+    progress: Progress,
+}
+
+/// Arguments that make no sense, or a call for help.
+fn refuse(arguments: &[OsString], error: &clap::Error) -> ExitCode {
+    // Nobody may be reading.
+    let _ = error.print();
+    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    if code != 0 && arguments.iter().any(|argument| argument == "--json") {
+        let verb = arguments.get(1).map(|verb| verb.to_string_lossy().into_owned()).unwrap_or_default();
+        let mut report = Report::of(&verb);
+        report.fail(code, &error.render());
+        report.print();
+    }
+    ExitCode::from(code)
+}
+
+fn complain(message: &str) {
+    let _ = writeln!(io::stderr().lock(), "error: {message}");
+}

@@ -1,0 +1,110 @@
+//! Progress on standard error: a bar on a terminal, a line now and then elsewhere, nothing when asked to be quiet.
+
+use super::report::Stage;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt::Display;
+use std::io::{self, IsTerminal, Write};
+use std::time::{Duration, Instant};
+
+/// How much to say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Voice {
+    Normal,
+    Quiet,
+}
+
+/// Shows the stages of a run and remembers how long each took.
+pub struct Progress {
+    channel: Channel,
+    current: Option<Current>,
+    stages: Vec<Stage>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Channel {
+    Terminal,
+    Lines,
+    None,
+}
+
+struct Current {
+    name: &'static str,
+    iterations: u64,
+    start: Instant,
+    last_line: Instant,
+    bar: Option<ProgressBar>,
+}
+
+/// Time between two lines where there is no terminal.
+const LINE_INTERVAL: Duration = Duration::from_secs(10);
+
+impl Progress {
+    pub fn new(voice: Voice) -> Self {
+        let channel = match voice {
+            Voice::Quiet => Channel::None,
+            Voice::Normal if io::stderr().is_terminal() => Channel::Terminal,
+            Voice::Normal => Channel::Lines,
+        };
+        Progress { channel, current: None, stages: Vec::new() }
+    }
+
+    /// Says that `iteration` of `of` iterations of a stage are done. The first call of another stage ends the one before.
+    pub fn show(&mut self, stage: &'static str, iteration: u64, of: u64) {
+        if self.current.as_ref().is_some_and(|current| current.name != stage) {
+            self.end();
+        }
+        let channel = self.channel;
+        let current = self.current.get_or_insert_with(|| Current::new(stage, of, channel));
+        current.iterations = iteration;
+        if let Some(bar) = &current.bar {
+            bar.set_position(iteration);
+        } else if channel == Channel::Lines && current.last_line.elapsed() >= LINE_INTERVAL {
+            current.last_line = Instant::now();
+            let rate = iteration as f64 / current.start.elapsed().as_secs_f64();
+            let left = of.saturating_sub(iteration) as f64 / rate;
+            line(&format!("{stage}: {iteration} of {of}, {rate:.1}/s, {left:.0} s left"));
+        }
+    }
+
+    /// Ends the stage under way.
+    pub fn end(&mut self) {
+        let Some(current) = self.current.take() else { return };
+        if let Some(bar) = &current.bar {
+            bar.finish_and_clear();
+        }
+        let (name, iterations, seconds) = (current.name, current.iterations, current.start.elapsed().as_secs_f64());
+        self.say(&format!("{name}: {iterations} in {seconds:.1} s"));
+        self.stages.push(Stage { name, seconds, iterations });
+    }
+
+    /// A line for the user.
+    pub fn say(&self, message: &dyn Display) {
+        if self.channel != Channel::None {
+            line(message);
+        }
+    }
+
+    pub fn into_stages(self) -> Vec<Stage> {
+        self.stages
+    }
+}
+
+impl Current {
+    fn new(name: &'static str, of: u64, channel: Channel) -> Self {
+        let now = Instant::now();
+        let bar = (channel == Channel::Terminal).then(|| {
+            let bar = ProgressBar::with_draw_target(Some(of), ProgressDrawTarget::stderr());
+            let template = "{msg:<16} {bar:32} {pos}/{len}  {per_sec}  {eta} left";
+            // A template that can't be read leaves the plain bar.
+            bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_message(name);
+            bar
+        });
+        Current { name, iterations: 0, start: now, last_line: now, bar }
+    }
+}
+
+/// Nobody may be reading: whether it can be written is not asked.
+fn line(message: &dyn Display) {
+    let _ = writeln!(io::stderr().lock(), "{message}");
+}

@@ -1,0 +1,89 @@
+//! What `--json` prints: one object about the run, whether it went well or not.
+
+use crate::formats::file::Written;
+use serde::Serialize;
+use std::fmt::Display;
+use std::io::{self, Write};
+
+#[derive(Serialize)]
+pub struct Report {
+    version: &'static str,
+    command: String,
+    /// Path of the world file, as it was given.
+    pub world: Option<String>,
+    pub seed: Option<u32>,
+    /// Name of the device.
+    pub device: Option<String>,
+    pub stages: Vec<Stage>,
+    outputs: Vec<Output>,
+    frames: Vec<Output>,
+    pub warnings: Vec<String>,
+    /// What only this verb has to say, under its own name.
+    #[serde(flatten)]
+    pub details: Option<Details>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<Failure>,
+}
+
+/// A part of the run.
+#[derive(Serialize)]
+pub struct Stage {
+    pub name: &'static str,
+    pub seconds: f64,
+    pub iterations: u64,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Details {
+    Plan(serde_json::Value),
+    Devices(serde_json::Value),
+}
+
+#[derive(Serialize)]
+struct Output {
+    path: String,
+    bytes: u64,
+    sha256: String,
+}
+
+#[derive(Serialize)]
+struct Failure {
+    exit_code: u8,
+    message: String,
+}
+
+impl Report {
+    pub fn of(command: &str) -> Self {
+        Report {
+            version: env!("CARGO_PKG_VERSION"),
+            command: command.into(),
+            world: None,
+            seed: None,
+            device: None,
+            stages: Vec::new(),
+            outputs: Vec::new(),
+            frames: Vec::new(),
+            warnings: Vec::new(),
+            details: None,
+            error: None,
+        }
+    }
+
+    pub fn wrote(&mut self, file: &Written) {
+        let path = file.path.to_string_lossy().into_owned();
+        self.outputs.push(Output { path, bytes: file.bytes, sha256: file.sha256.clone() });
+    }
+
+    pub fn fail(&mut self, exit_code: u8, error: &dyn Display) {
+        self.error = Some(Failure { exit_code, message: error.to_string() });
+    }
+
+    /// Prints the object on standard output, where nobody may be reading.
+    pub fn print(&self) {
+        let mut out = io::stdout().lock();
+        let _ = serde_json::to_writer_pretty(&mut out, self);
+        let _ = writeln!(out);
+        let _ = out.flush();
+    }
+}

@@ -1,0 +1,186 @@
+//! Files appear whole or not at all: written under a temporary name in the same folder, synced, renamed.
+
+use super::Error;
+use sha2::{Digest, Sha256};
+use std::fs::{self, File};
+use std::io::{self, BufRead, BufReader, BufWriter, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// A file that was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    pub path: PathBuf,
+    pub bytes: u64,
+    /// Of the contents, in hexadecimal.
+    pub sha256: String,
+}
+
+/// Writes a file by `fill`, replacing what bore its name. Whatever goes wrong, and when the process is told to stop
+/// (see [`remove_unfinished`]), the old file or none is left, never a part of the new one.
+///
+/// # Errors
+/// When the folder is missing or can't be written to, the disk is full, or `path` is something other than a file.
+pub fn write(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<Written, Error> {
+    let target = Target::new(path)?;
+    target.write(fill).map_err(|source| Error::Write { path: path.into(), source })
+}
+
+/// Finds out whether [`write`] would work, without leaving anything behind: asked before minutes of simulation.
+///
+/// # Errors
+/// Those of [`write`] that can be known beforehand.
+pub fn check_writable(path: &Path) -> Result<(), Error> {
+    let target = Target::new(path)?;
+    Unfinished::new(&target.folder).map_err(|source| Error::Write { path: path.into(), source })?;
+    Ok(())
+}
+
+/// Makes a folder, if need be; its parent must exist.
+///
+/// # Errors
+/// When the parent is missing or can't be written to, or a file bears the folder's name.
+pub fn make_folder(path: &Path) -> Result<(), Error> {
+    match fs::create_dir(path) {
+        Err(source) if !path.is_dir() => Err(Error::Write { path: path.into(), source }),
+        _ => Ok(()),
+    }
+}
+
+/// Removes the temporary files of every [`write`] under way, and lets none of them finish: for a process that is about
+/// to exit at once.
+pub fn remove_unfinished() {
+    let mut unfinished = unfinished();
+    for path in unfinished.drain(..) {
+        // Nobody is left to tell.
+        let _ = fs::remove_file(path);
+    }
+    // The lock is never released, so no renaming can follow.
+    std::mem::forget(unfinished);
+}
+
+/// The temporary files that exist now.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Where a file will stand once symbolic links are followed, so that renaming replaces the file and not the link to it.
+struct Target {
+    path: PathBuf,
+    folder: PathBuf,
+}
+
+impl Target {
+    fn new(path: &Path) -> Result<Self, Error> {
+        let refused = |reason| Error::Target { path: path.into(), reason };
+        match fs::metadata(path) {
+            Ok(found) if found.is_dir() => {
+                return Err(refused(
+                    "a folder bears that name; choose another with -o, or end it in / to write into it",
+                ));
+            }
+            // Renaming a file over a device or a pipe would do away with it.
+            Ok(found) if !found.is_file() => {
+                return Err(refused("it is a device or a pipe; choose the name of a file with -o"));
+            }
+            _ => {}
+        }
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.into());
+        let folder = match path.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent.into(),
+            Some(_) => PathBuf::from("."),
+            None => return Err(refused("it names no file; choose a name with -o")),
+        };
+        Ok(Self { path, folder })
+    }
+
+    fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> io::Result<Written> {
+        let unfinished = Unfinished::new(&self.folder)?;
+        let mut writer = BufWriter::new(&unfinished.file);
+        fill(&mut writer)?;
+        writer.flush()?;
+        drop(writer);
+
+        let mut file = &unfinished.file;
+        file.sync_all()?;
+        file.rewind()?;
+        let (bytes, sha256) = measure(&mut BufReader::new(file))?;
+
+        unfinished.rename(&self.path)?;
+        sync_folder(&self.folder)?;
+        Ok(Written { path: self.path.clone(), bytes, sha256 })
+    }
+}
+
+/// A temporary file that vanishes unless it is renamed.
+struct Unfinished {
+    file: File,
+    path: PathBuf,
+}
+
+impl Unfinished {
+    fn new(folder: &Path) -> io::Result<Self> {
+        static COUNTER: AtomicU32 = AtomicU32::new(0);
+
+        // Held over the creation, so that no file escapes `remove_unfinished`.
+        let mut unfinished = unfinished();
+        loop {
+            let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+            let path = folder.join(format!(".terrane-{}-{number}.part", std::process::id()));
+            match File::options().read(true).write(true).create_new(true).open(&path) {
+                Ok(file) => {
+                    unfinished.push(path.clone());
+                    return Ok(Self { file, path });
+                }
+                // Left behind by a process of the same number that was killed.
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn rename(self, path: &Path) -> io::Result<()> {
+        let mut unfinished = unfinished();
+        fs::rename(&self.path, path)?;
+        unfinished.retain(|other| *other != self.path);
+        Ok(())
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        let mut unfinished = unfinished();
+        if let Some(index) = unfinished.iter().position(|other| *other == self.path) {
+            unfinished.swap_remove(index);
+            // The error that brought us here says more than this one could.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+/// Length of what can still be read, and its SHA-256 in hexadecimal.
+fn measure(reader: &mut impl BufRead) -> io::Result<(u64, String)> {
+    let (mut bytes, mut digest) = (0, Sha256::new());
+    loop {
+        let chunk = reader.fill_buf()?;
+        if chunk.is_empty() {
+            break;
+        }
+        digest.update(chunk);
+        let length = chunk.len();
+        bytes += length as u64;
+        reader.consume(length);
+    }
+    Ok((bytes, digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()))
+}
+
+/// Makes the renaming last through a power cut. Only Unix lets a folder be opened and synced.
+fn sync_folder(folder: &Path) -> io::Result<()> {
+    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
+}

@@ -1,0 +1,187 @@
+//! Bytes in and out: pictures, height maps and what is said beside them. One file a format, reading and writing.
+//! Sizes are checked before memory is taken, and a file is written whole or not at all.
+
+pub mod exr;
+pub mod file;
+pub mod png;
+pub mod sidecar;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Longest side of an image that is read, in samples.
+pub const MAX_SIDE: u32 = 16_384;
+
+/// Why a file could not be read or written. Every message names the file and says what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error("cannot read {}: {source}{}", path.display(), reading_advice(source))]
+    Read { path: PathBuf, source: io::Error },
+
+    #[error("cannot write {}: {source}{}", path.display(), writing_advice(source))]
+    Write { path: PathBuf, source: io::Error },
+
+    #[error("cannot write {}: {reason}", path.display())]
+    Target { path: PathBuf, reason: &'static str },
+
+    #[error("{} is not a readable {format} file: {reason}; write it again with the program that made it", path.display())]
+    Corrupt { path: PathBuf, format: &'static str, reason: String },
+
+    #[error("{} can't be used as a map: {reason}", path.display())]
+    Unsuitable { path: PathBuf, reason: String },
+
+    #[error(
+        "{} is {width} × {height}; at most {MAX_SIDE} samples a side can be read: scale it down first",
+        path.display()
+    )]
+    TooLarge { path: PathBuf, width: u64, height: u64 },
+
+    #[error(
+        "{} holds shares from 0 to 1 and nothing says which heights they stand for; \
+         give `min` and `max` in metres, or put its sidecar {} beside it",
+        path.display(), sidecar::path(path).display()
+    )]
+    NoRange { path: PathBuf },
+}
+
+/// A raster of numbers as a file holds them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Map {
+    /// Where it was read from.
+    pub path: PathBuf,
+    /// Samples along a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row-major, first row first (the north edge); all finite.
+    pub values: Vec<f32>,
+    pub scale: Scale,
+    /// Least and greatest height that the sidecar names, in metres.
+    pub range: Option<[f32; 2]>,
+}
+
+/// What the numbers of a map mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Shares of a range: 0 is its lower end, 1 its upper one (the integers of a PNG).
+    Share,
+    /// The quantity itself (the floats of an EXR).
+    Absolute,
+}
+
+impl Map {
+    /// The values in metres. `range` names the heights that the ends of the scale stand for; without it the
+    /// sidecar's count, and an EXR holds metres already. An EXR stretched to a `range` has its least value at the
+    /// range's start and its greatest at its end.
+    ///
+    /// # Errors
+    /// [`Error::NoRange`] when nothing says what the shares of a PNG stand for.
+    pub fn into_metres(mut self, range: Option<[f32; 2]>) -> Result<Self, Error> {
+        let (from, to) = match (self.scale, range) {
+            (Scale::Absolute, None) => return Ok(self),
+            (Scale::Absolute, Some(range)) => (extremes(&self.values), range),
+            (Scale::Share, range) => {
+                let Some(range) = range.or(self.range) else {
+                    return Err(Error::NoRange { path: self.path });
+                };
+                ([0.0, 1.0], range)
+            }
+        };
+        let span = f64::from(from[1]) - f64::from(from[0]);
+        for value in &mut self.values {
+            let share = if span > 0.0 { (f64::from(*value) - f64::from(from[0])) / span } else { 0.0 };
+            *value = (f64::from(to[0]) + share * (f64::from(to[1]) - f64::from(to[0]))) as f32;
+        }
+        self.scale = Scale::Absolute;
+        Ok(self)
+    }
+}
+
+/// Reads one channel of numbers from a grey PNG (8 or 16 bits) or an EXR, and the range in its sidecar.
+///
+/// # Errors
+/// When the file can't be read, is damaged, is larger than [`MAX_SIDE`] or holds something other than one channel
+/// of finite numbers.
+pub fn read_map(path: &Path) -> Result<Map, Error> {
+    let ((width, height, values), scale) = match extension(path).as_str() {
+        "png" => (png::read_grey(path)?, Scale::Share),
+        "exr" => (exr::read_channel(path)?, Scale::Absolute),
+        _ => {
+            let reason = "its name must end in .png (grey, 16 bits) or .exr".to_string();
+            return Err(Error::Unsuitable { path: path.into(), reason });
+        }
+    };
+    let range = sidecar::read_range(path)?;
+    Ok(Map { path: path.into(), width, height, values, scale, range })
+}
+
+/// Least and greatest of the values; zeros where there are none.
+pub fn extremes(values: &[f32]) -> [f32; 2] {
+    let (Some(&first), rest) = (values.first(), values) else { return [0.0; 2] };
+    rest.iter().fold([first; 2], |[min, max], &value| [min.min(value), max.max(value)])
+}
+
+/// The part of a file's name after its last dot, in small letters; empty without one.
+pub fn extension(path: &Path) -> String {
+    path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Opens a file that is to be read, together with its length in bytes. A directory is refused here: opening one
+/// succeeds and only reading it fails.
+fn open(path: &Path) -> Result<(std::fs::File, u64), Error> {
+    let failed = |source| Error::Read { path: path.into(), source };
+    let file = std::fs::File::open(path).map_err(failed)?;
+    let metadata = file.metadata().map_err(failed)?;
+    if metadata.is_dir() {
+        return Err(failed(io::ErrorKind::IsADirectory.into()));
+    }
+    Ok((file, metadata.len()))
+}
+
+/// Refuses an image whose header asks for more than [`MAX_SIDE`] samples a side, or for more than the file can hold:
+/// a forged header costs no memory.
+fn check_size(
+    path: &Path,
+    format: &'static str,
+    size: [u64; 2],
+    sample_bytes: u64,
+    file_bytes: u64,
+) -> Result<(), Error> {
+    /// No compression that either format knows shrinks data more than this (deflate: 1032 times).
+    const BEST_COMPRESSION: u64 = 4096;
+
+    let [width, height] = size;
+    if width > u64::from(MAX_SIDE) || height > u64::from(MAX_SIDE) {
+        return Err(Error::TooLarge { path: path.into(), width, height });
+    }
+    if width * height * sample_bytes > file_bytes.saturating_mul(BEST_COMPRESSION) {
+        let reason =
+            format!("its header promises {width} × {height} samples and {file_bytes} bytes can't hold them");
+        return Err(Error::Corrupt { path: path.into(), format, reason });
+    }
+    Ok(())
+}
+
+fn reading_advice(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::NotFound => "; check the spelling of the path",
+        io::ErrorKind::PermissionDenied => "; check who may read it",
+        io::ErrorKind::IsADirectory => "; name a file in it",
+        _ => "",
+    }
+}
+
+fn writing_advice(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory => {
+            "; make its folder first, or choose another with -o"
+        }
+        io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
+            "; choose a folder you may write to with -o"
+        }
+        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded | io::ErrorKind::FileTooLarge => {
+            "; free some space, or choose another folder with -o"
+        }
+        _ => "",
+    }
+}
