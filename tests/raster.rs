@@ -373,7 +373,7 @@ fn material_weights_sum_to_one() {
 }
 
 #[test]
-fn framing_touches_the_picture_and_stays_inside() {
+fn framing_fills_the_picture_from_its_middle() {
     let boxes = [
         [Vec3::new(-900.0, 0.0, -300.0), Vec3::new(100.0, 250.0, 200.0)],
         [Vec3::new(0.0, 0.0, -100.0), Vec3::new(400.0, 700.0, 600.0)],
@@ -388,14 +388,16 @@ fn framing_touches_the_picture_and_stays_inside() {
                 Vec3::new(pick(0), pick(1), pick(2))
             })
         });
-        let mut nearest = f32::INFINITY;
+        let mut margins = [1.0f32; 4];
         for corner in corners {
             let [x, y] = camera.project(corner).expect("in front");
-            let margin = x.min(1.0 - x).min(y.min(1.0 - y));
-            assert!(margin > -1e-4, "{corner} falls outside, at {x}, {y}");
-            nearest = nearest.min(margin);
+            for (margin, side) in margins.iter_mut().zip([x, 1.0 - x, y, 1.0 - y]) {
+                *margin = margin.min(side);
+            }
         }
-        assert!(nearest < 1e-4, "the picture is not filled: margin {nearest}");
+        let [left, right, above, below] = margins;
+        assert!(left.min(above).abs() < 1e-4, "the picture is filled, and not more: {margins:?}");
+        assert!((left - right).abs() < 1e-3 && (above - below).abs() < 1e-3, "in the middle: {margins:?}");
     }
 }
 

@@ -53,18 +53,26 @@ vec4 height_row(ivec2 cell) {
                 height_at(cell + ivec2(2, 0)));
 }
 
-// The ground as it is drawn: through every sample, with a continuous slope.
+// A cubic between the middle two of four samples that overshoots them by little: beside a cliff, the flat top of a reef
+// stays flat.
+float limited(vec4 weights, vec4 samples) {
+    float least = min(samples.y, samples.z);
+    float greatest = max(samples.y, samples.z);
+    float margin = 0.15 * (greatest - least);
+    return clamp(dot(weights, samples), least - margin, greatest + margin);
+}
+
+// The ground as it is drawn: through every sample.
 float height_cubic(vec2 xz) {
     vec2 at = clamp(grid_position(xz), vec2(0.0), vec2(frame.cells - 1));
     ivec2 cell = ivec2(at);
     vec2 t = at - vec2(cell);
     vec4 across = catmull_rom(t.x);
-    vec4 down = catmull_rom(t.y);
-    float sum = 0.0;
+    vec4 rows;
     for (int row = 0; row < 4; ++row) {
-        sum += down[row] * dot(across, height_row(cell + ivec2(0, row - 1)));
+        rows[row] = limited(across, height_row(cell + ivec2(0, row - 1)));
     }
-    return sum;
+    return limited(catmull_rom(t.y), rows);
 }
 
 // Slope (dh/dx, dh/dz) of the B-spline through the same samples: its curvature is continuous, so that shading shows

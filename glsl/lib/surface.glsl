@@ -28,11 +28,12 @@ Ground ground(Place place) {
     // Two broad patterns break up every boundary and every colour; two fine ones give relief.
     vec3 broad = mottle(xz, frame.patch_size, 7, 0.6, footprint, 11u);
     vec3 hue = mottle(xz, 0.55 * frame.patch_size, 4, 0.7, footprint, 31u);
-    vec3 trees = billows(xz, 0.13 * frame.patch_size, 7, 0.68, footprint, 51u);
+    vec3 trees = billows(xz, 0.09 * frame.patch_size, 7, 0.72, footprint, 51u);
 
-    // Weights. A beach climbs higher where the shore is flat; where rivers ran lately rock is bare.
+    // Weights. The waves' own reach stays sandy on steeper shores; where rivers ran lately rock is bare.
     float beach = 1.0 - smoothstep(0.55, 1.0, above / frame.beach_height - 0.45 * broad.x);
-    beach *= 1.0 - smoothstep(0.75, 1.25, steepness / frame.beach_slope);
+    float holds = frame.beach_slope * mix(2.5, 1.0, smoothstep(0.2, 1.2, above));
+    beach *= 1.0 - smoothstep(0.75, 1.25, steepness / holds);
     float submerged = 1.0 - smoothstep(-1.2, -0.1, above);
     float bare = smoothstep(frame.rock_slope.x, frame.rock_slope.y, steepness + 0.10 * broad.x + 0.05 * trees.x);
     float river = smoothstep(0.25, 0.75, place.wetness + 0.15 * broad.x) * smoothstep(0.0, 2.0, above);

@@ -15,7 +15,7 @@ layout(binding = 2, r32f) uniform writeonly image2D surf;
 #include "lib/coarse.glsl"
 
 const int DIRECTIONS = 16;
-const float FETCH = 1500.0;        // metres of open water that make waves
+const float FETCH = 5000.0;        // metres of open water that make waves
 const float BREAKING_DEPTH = 1.5;  // metres
 const float BREAKING_ZONE = 40.0;  // metres that a breaker runs on
 
@@ -27,7 +27,7 @@ void main() {
         imageStore(surf, at, vec4(0.0));
         return;
     }
-    float stride = max(1.5, FETCH / coarse_cell_size() / 96.0);
+    float stride = max(1.5, FETCH / coarse_cell_size() / 160.0);
     int steps = int(FETCH / coarse_cell_size() / stride);
     float first = max(BREAKING_ZONE / coarse_cell_size(), 1.5);
     int open = 0;

@@ -36,8 +36,8 @@ float level(vec3 from, vec3 to) {
 // Whether the patch's box lies wholly beyond one plane of the tile's frustum.
 bool unseen(ivec2 at) {
     Patch bounds = patches[at.y * frame.patches + at.x];
-    // A cubic may overshoot its samples by an eighth of their range on either axis.
-    float margin = 0.3 * (bounds.greatest - bounds.least) + 0.01 * frame.cell_size;
+    // The cubic may overshoot its samples on both axes.
+    float margin = 0.4 * (bounds.greatest - bounds.least) + 0.01 * frame.cell_size;
     if (bounds.greatest + margin < frame.sea_level) return true;
     vec2 side = vec2(frame.extent / float(frame.patches));
     vec2 least = vec2(at) * side - 0.5 * frame.extent;

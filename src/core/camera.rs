@@ -14,6 +14,9 @@ pub struct Pinhole {
     pub tangent: [f32; 2],
 }
 
+/// Enough to exhaust a float.
+const BISECTIONS: usize = 30;
+
 impl Pinhole {
     /// Looks from `eye` at `target` with the horizon level. `fov` is the vertical field of view, `aspect` is width
     /// over height. Looking straight up or down, north is at the top of the picture.
@@ -29,41 +32,46 @@ impl Pinhole {
         Pinhole { eye, right, up, forward, tangent: [tangent * aspect, tangent] }
     }
 
-    /// Looks along the unit vector `forward` from where the axis-aligned `boxes` (least and greatest corner) fill
-    /// the picture, then from `distance` times as far away. Without boxes the eye stays at the origin.
-    ///
-    /// The pyramid of view touches the boxes' hull on both sides of the tighter axis and leaves equal
-    /// margins on the other.
+    /// Looks along the unit vector `forward` from where the axis-aligned `boxes` (least and greatest corner) just fit
+    /// into the picture, then from `distance` times as far away; they stay in its middle. Without boxes the eye
+    /// stays at the origin.
     pub fn frame(boxes: &[[Vec3; 2]], forward: Vec3, distance: f32, fov: f32, aspect: f32) -> Self {
         let camera = Self::look_along(Vec3::ZERO, forward, fov, aspect);
-        let corners = || {
-            boxes.iter().flat_map(|[least, greatest]| {
-                (0..8).map(|corner| {
-                    let pick =
-                        |axis: usize| if corner >> axis & 1 == 0 { least[axis] } else { greatest[axis] };
-                    Vec3::new(pick(0), pick(1), pick(2))
-                })
-            })
-        };
         if boxes.is_empty() {
             return camera;
         }
-        // A point p lies between the left and right planes of an eye e when |x(p − e)| ≤ tangent · z(p − e). The
-        // support of all points in the planes' normals bounds how deep the eye may stand.
-        let support = |axis: Vec3, tangent: f32| {
-            corners().map(|point| (axis - forward * tangent).dot(point)).fold(f32::NEG_INFINITY, f32::max)
+        // Across, up and forward.
+        let seen: Vec<Vec3> = boxes
+            .iter()
+            .flat_map(corners)
+            .map(|corner| Vec3::new(camera.right.dot(corner), camera.up.dot(corner), forward.dot(corner)))
+            .collect();
+        let extreme = |of: &dyn Fn(&Vec3) -> f32| seen.iter().map(of).fold(f32::NEG_INFINITY, f32::max);
+        // A point p lies between the left and right planes of an eye e when |x(p − e)| ≤ tangent · z(p − e). Added
+        // up, the two planes' supports bound how deep the eye may stand.
+        let deepest = |axis: usize| {
+            let tangent = camera.tangent[axis];
+            let right = extreme(&|point| point[axis] - tangent * point.z);
+            let left = extreme(&|point| -point[axis] - tangent * point.z);
+            -(right + left) / (2.0 * tangent)
         };
-        let fit = |axis: Vec3, tangent: f32| {
-            let (plus, minus) = (support(axis, tangent), support(-axis, tangent));
-            ((plus - minus) / 2.0, -(plus + minus) / (2.0 * tangent))
+        let middle = (extreme(&|point| point.z) - extreme(&|point| -point.z)) / 2.0;
+        let depth = middle - (middle - deepest(0).min(deepest(1))) * distance;
+        // From the middle the extremes on both sides look equally far off.
+        let centre = |axis: usize| {
+            let (mut low, mut high) = (-extreme(&|point| -point[axis]), extreme(&|point| point[axis]));
+            for _ in 0..BISECTIONS {
+                let eye = (low + high) / 2.0;
+                let slope = |point: &Vec3| (point[axis] - eye) / (point.z - depth);
+                if extreme(&slope) > extreme(&|point| -slope(point)) {
+                    low = eye;
+                } else {
+                    high = eye;
+                }
+            }
+            (low + high) / 2.0
         };
-        let (x, depth_x) = fit(camera.right, camera.tangent[0]);
-        let (y, depth_y) = fit(camera.up, camera.tangent[1]);
-        let near = corners().map(|point| forward.dot(point)).fold(f32::INFINITY, f32::min);
-        let far = corners().map(|point| forward.dot(point)).fold(f32::NEG_INFINITY, f32::max);
-        let middle = (near + far) / 2.0;
-        let depth = middle - (middle - depth_x.min(depth_y)) * distance;
-        Pinhole { eye: camera.right * x + camera.up * y + forward * depth, ..camera }
+        Pinhole { eye: camera.right * centre(0) + camera.up * centre(1) + forward * depth, ..camera }
     }
 
     /// Unit vector through the point `(x, y)` of the picture, in 0…1 from its upper left corner.
@@ -84,4 +92,11 @@ impl Pinhole {
         let y = self.up.dot(from_eye) / (depth * self.tangent[1]);
         Some([(x + 1.0) / 2.0, (1.0 - y) / 2.0])
     }
+}
+
+fn corners([least, greatest]: &[Vec3; 2]) -> [Vec3; 8] {
+    std::array::from_fn(|corner| {
+        let pick = |axis: usize| if corner >> axis & 1 == 0 { least[axis] } else { greatest[axis] };
+        Vec3::new(pick(0), pick(1), pick(2))
+    })
 }
