@@ -269,12 +269,14 @@ fn colour_pictures_and_holes_are_no_maps() {
     assert!(error.contains("greyscale"), "{error}");
 
     let hole = folder.path().join("hole.exr");
-    formats::exr::write_channels(&hole, [2, 2], vec![("height".into(), vec![0.0, 1.0, f32::NAN, 3.0])]).unwrap();
+    formats::exr::write_channels(&hole, [2, 2], vec![("height".into(), vec![0.0, 1.0, f32::NAN, 3.0])])
+        .unwrap();
     let error = read_map(&hole).unwrap_err().to_string();
     assert!(error.contains("column 0, row 1"), "{error}");
 
     let nameless = folder.path().join("nameless.exr");
-    formats::exr::write_channels(&nameless, [1, 1], vec![("a".into(), vec![0.0]), ("b".into(), vec![0.0])]).unwrap();
+    formats::exr::write_channels(&nameless, [1, 1], vec![("a".into(), vec![0.0]), ("b".into(), vec![0.0])])
+        .unwrap();
     let error = read_map(&nameless).unwrap_err().to_string();
     assert!(error.contains("a, b") && error.contains("height"), "{error}");
 

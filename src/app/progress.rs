@@ -72,7 +72,8 @@ impl Progress {
         if let Some(bar) = &current.bar {
             bar.finish_and_clear();
         }
-        let (name, iterations, seconds) = (current.name, current.iterations, current.start.elapsed().as_secs_f64());
+        let (name, iterations, seconds) =
+            (current.name, current.iterations, current.start.elapsed().as_secs_f64());
         self.say(&format!("{name}: {iterations} in {seconds:.1} s"));
         self.stages.push(Stage { name, seconds, iterations });
     }
@@ -96,7 +97,9 @@ impl Current {
             let bar = ProgressBar::with_draw_target(Some(of), ProgressDrawTarget::stderr());
             let template = "{msg:<16} {bar:32} {pos}/{len}  {per_sec}  {eta} left";
             // A template that can't be read leaves the plain bar.
-            bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_style(
+                ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()),
+            );
             bar.set_message(name);
             bar
         });

@@ -46,8 +46,10 @@ pub fn write_channels(
     size: [u32; 2],
     channels: Vec<(String, Vec<f32>)>,
 ) -> Result<Written, Error> {
-    let channels =
-        channels.into_iter().map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values))).collect();
+    let channels = channels
+        .into_iter()
+        .map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values)))
+        .collect();
     let attributes = ImageAttributes::with_size(extent(size));
     let layer = Layer::new(extent(size), LayerAttributes::default(), lossless(), AnyChannels::sort(channels));
     let image = Image { attributes, layer_data: layer };
