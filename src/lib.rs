@@ -4,8 +4,11 @@ pub mod app;
 pub mod core;
 pub mod formats;
 pub mod gpu;
+pub mod raster;
 pub mod scene;
+pub mod sky;
 pub mod terrain;
+pub mod world;
 
 /// The Rust side of every shader under `glsl/`, written by build.rs.
 #[rustfmt::skip]

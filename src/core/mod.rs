@@ -1,4 +1,6 @@
 //! Pure values and functions shared by every room: no Vulkan, no clock, no files.
 
+pub mod camera;
+pub mod color;
 pub mod grid;
 pub mod hash;

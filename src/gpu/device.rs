@@ -490,10 +490,9 @@ fn messenger_info(log: Option<&MessageLog>) -> vk::DebugUtilsMessengerCreateInfo
         .message_severity(
             vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
         )
+        // Not PERFORMANCE: that is advice, and it advises against images in GENERAL, which is our policy.
         .message_type(
-            vk::DebugUtilsMessageTypeFlagsEXT::GENERAL
-                | vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
-                | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+            vk::DebugUtilsMessageTypeFlagsEXT::GENERAL | vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION,
         )
         .pfn_user_callback(Some(on_message))
         .user_data(user_data)
@@ -506,12 +505,11 @@ unsafe extern "system" fn on_message(
     user_data: *mut c_void,
 ) -> vk::Bool32 {
     // SAFETY: the layer passes valid data with a C string, and `user_data` is the list inside the instance's log.
-    unsafe {
-        if let (Some(data), Some(log)) = (data.as_ref(), user_data.cast::<Mutex<Vec<String>>>().as_ref()) {
-            if let Some(message) = data.message_as_c_str() {
-                lock(log).push(message.to_string_lossy().into_owned());
-            }
-        }
+    let (data, log) = unsafe { (data.as_ref(), user_data.cast::<Mutex<Vec<String>>>().as_ref()) };
+    // SAFETY: as above.
+    let message = data.and_then(|data| unsafe { data.message_as_c_str() });
+    if let (Some(message), Some(log)) = (message, log) {
+        lock(log).push(message.to_string_lossy().into_owned());
     }
     vk::FALSE
 }

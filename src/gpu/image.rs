@@ -274,7 +274,7 @@ impl Raw {
     }
 
     /// Number of texels.
-    pub fn len(&self) -> usize {
+    pub fn texels(&self) -> usize {
         self.size[0] as usize * self.size[1] as usize * self.layers as usize
     }
 }

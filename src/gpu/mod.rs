@@ -18,9 +18,11 @@ mod error;
 pub mod format;
 mod image;
 mod memory;
+mod objects;
 mod pipeline;
 mod recorder;
 mod submission;
+mod transfer;
 
 pub use self::{
     buffer::Buffer,
@@ -32,6 +34,7 @@ pub use self::{
         Bind, Bindable, BindingLayout, Blend, Compute, ComputeInterface, Cull, Depth, Descriptor, Interface,
         Raster, RasterInterface, RasterState, ResourceKind, Specialize, StageKind, Topology,
     },
-    recorder::{Draw, Draws, Load, Recorder, Targets, Transfer},
+    recorder::{Draw, Draws, Load, Recorder, Targets},
     submission::{Download, Finished, Submission, Timing},
+    transfer::Transfer,
 };

@@ -274,7 +274,7 @@ struct Parts {
 }
 
 impl Parts {
-    fn new<S: Interface>(gpu: &Gpu, constants: &S::Constants) -> Result<Box<Parts>> {
+    fn new<S: Interface>(gpu: &Gpu, constants: &S::Constants) -> Result<Parts> {
         let device = &gpu.shared().device;
         let push_bytes = size_of::<S::Push>() as u32;
         let largest = gpu.shared().limits.max_push_constants_size;
@@ -327,13 +327,14 @@ impl Parts {
             })
             .collect();
         let values = entries.iter().flat_map(|(_, bits)| bits.to_ne_bytes()).collect();
-        let mut parts = Box::new(Parts {
+        let mut parts = Parts {
             raw,
             modules: Vec::new(),
             map,
             values,
             specialization: vk::SpecializationInfo::default(),
-        });
+        };
+        // The pointers stay good when `parts` moves: the vectors' elements do not.
         parts.specialization.map_entry_count = parts.map.len() as u32;
         parts.specialization.p_map_entries = parts.map.as_ptr();
         parts.specialization.data_size = parts.values.len();
@@ -366,7 +367,7 @@ impl Parts {
 
     /// Takes the pipeline that was made from these parts.
     fn finish(
-        mut self: Box<Self>,
+        mut self,
         pipelines: std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
         name: &str,
         op: &'static str,

@@ -1,43 +1,32 @@
 //! Recording passes: dispatches, draws and copies, in order, each waiting for those before it.
 
 use super::{
-    buffer::{self, Buffer},
     device::Gpu,
     error::{Error, Result, vk_error},
-    format::{D32f, Format},
-    image::{self, Attachable, Image, Layers},
+    format::D32f,
+    image::{Attachable, Image},
+    objects::Objects,
     pipeline::{
         self, Bind, Bindable, Compute, ComputeInterface, Descriptor, Interface, Raster, RasterInterface,
         Share,
     },
-    submission::{Download, Stamp, Submission},
+    submission::{Stamp, Submission},
 };
 use ash::vk;
-use bytemuck::Pod;
 use std::{collections::HashMap, ffi::CString, sync::Arc};
 
 /// A list of passes being written. Recording cannot fail: the first error surfaces at [`Recorder::submit`].
 pub struct Recorder {
-    gpu: Gpu,
+    pub(super) gpu: Gpu,
     objects: Objects,
-    command: vk::CommandBuffer,
-    error: Option<Error>,
+    pub(super) command: vk::CommandBuffer,
+    pub(super) error: Option<Error>,
     /// By address, so that what is named a thousand times is held once.
     held: HashMap<usize, Share>,
     sets: HashMap<(vk::DescriptorSetLayout, Vec<Descriptor>), vk::DescriptorSet>,
     concurrency: Concurrency,
     stamps: Vec<Stamp>,
     last_pass: &'static str,
-}
-
-/// Vulkan objects that live as long as the commands recorded with them.
-pub(super) struct Objects {
-    pub gpu: Gpu,
-    pub commands: vk::CommandPool,
-    pub descriptors: Vec<vk::DescriptorPool>,
-    pub queries: Option<vk::QueryPool>,
-    /// Number of timestamps that fit.
-    pub capacity: u32,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -76,61 +65,6 @@ pub struct Draw {
 
 /// Records the draws of one render pass.
 pub struct Draws<'a>(&'a mut Recorder);
-
-/// An image or buffer that bytes are copied to and from whole.
-pub trait Transfer {
-    type Element: Pod;
-    #[doc(hidden)]
-    fn place(&self) -> Place;
-}
-
-#[doc(hidden)]
-#[derive(Clone)]
-pub enum Place {
-    Image(ImagePlace),
-    Buffer(BufferPlace),
-}
-
-#[doc(hidden)]
-#[derive(Clone)]
-pub struct ImagePlace(Arc<image::Raw>);
-
-#[doc(hidden)]
-#[derive(Clone)]
-pub struct BufferPlace(Arc<buffer::Raw>);
-
-impl<F: Format> Transfer for Image<F> {
-    type Element = F::Texel;
-
-    fn place(&self) -> Place {
-        Place::Image(ImagePlace(self.raw().clone()))
-    }
-}
-
-impl<F: Format> Transfer for Layers<F> {
-    type Element = F::Texel;
-
-    fn place(&self) -> Place {
-        Place::Image(ImagePlace(self.raw().clone()))
-    }
-}
-
-impl<T: Pod> Transfer for Buffer<T> {
-    type Element = T;
-
-    fn place(&self) -> Place {
-        Place::Buffer(BufferPlace(self.raw().clone()))
-    }
-}
-
-impl Place {
-    fn elements<T: Pod>(&self) -> usize {
-        match self {
-            Place::Image(ImagePlace(raw)) => raw.len(),
-            Place::Buffer(BufferPlace(raw)) => raw.bytes as usize / size_of::<T>(),
-        }
-    }
-}
 
 impl Recorder {
     pub fn new(gpu: &Gpu) -> Recorder {
@@ -206,78 +140,6 @@ impl Recorder {
         unsafe { debug.cmd_end_debug_utils_label(self.command) };
     }
 
-    /// Sets every texel or element to all-zero bytes.
-    pub fn clear<T: Transfer>(&mut self, target: &T) {
-        match target.place() {
-            Place::Image(ImagePlace(raw)) => {
-                self.pass("clear", |rec| {
-                    rec.clear_image(&raw);
-                    Ok(())
-                });
-                self.hold(raw);
-            }
-            Place::Buffer(BufferPlace(raw)) => self.zero(&raw),
-        }
-    }
-
-    /// Copies all of `src` to `dst`, an image of the same size and format.
-    pub fn copy<F: Format>(&mut self, src: &Image<F>, dst: &Image<F>) {
-        let (src, dst) = (src.raw().clone(), dst.raw().clone());
-        self.pass("copy", |rec| {
-            if src.size != dst.size {
-                return Err(Error::Unsupported("a copy between images of two sizes".into()));
-            }
-            let region = src.copy_region();
-            let copy = vk::ImageCopy::default()
-                .src_subresource(region.image_subresource)
-                .dst_subresource(region.image_subresource)
-                .extent(region.image_extent);
-            let general = vk::ImageLayout::GENERAL;
-            // SAFETY: both images are in GENERAL and of one size and format.
-            unsafe {
-                rec.device().cmd_copy_image(rec.command, src.image, general, dst.image, general, &[copy])
-            };
-            Ok(())
-        });
-        self.hold(src);
-        self.hold(dst);
-    }
-
-    /// Fills `target` with `data`: as many elements, row by row and layer by layer.
-    pub fn upload<T: Transfer>(&mut self, target: &T, data: &[T::Element]) {
-        let place = target.place();
-        self.pass("upload", |rec| {
-            let expected = place.elements::<T::Element>();
-            if data.len() != expected {
-                return Err(Error::Unsupported(format!(
-                    "an upload of {} elements to a place for {expected}",
-                    data.len()
-                )));
-            }
-            let staging = Arc::new(buffer::Raw::upload(&rec.gpu, bytemuck::cast_slice(data))?);
-            rec.copy_from(&staging, &place);
-            rec.hold(staging);
-            Ok(())
-        });
-        self.hold_place(place);
-    }
-
-    /// Copies `source` to where the CPU can read it once the submission has finished.
-    pub fn download<T: Transfer>(&mut self, source: &T) -> Download<T::Element> {
-        let place = source.place();
-        let bytes = (place.elements::<T::Element>() * size_of::<T::Element>()) as u64;
-        let mut download = Download::default();
-        self.pass("download", |rec| {
-            let staging = Arc::new(buffer::Raw::download(&rec.gpu, bytes)?);
-            rec.copy_to(&place, &staging);
-            rec.hold(staging.clone());
-            download = Download::from(staging);
-            Ok(())
-        });
-        self.hold_place(place);
-        download
-    }
-
     /// Sends the passes to the device.
     ///
     /// # Errors
@@ -322,23 +184,16 @@ impl Recorder {
         }
     }
 
-    fn device(&self) -> &ash::Device {
+    pub(super) fn device(&self) -> &ash::Device {
         &self.gpu.shared().device
     }
 
-    fn hold(&mut self, share: Share) {
+    pub(super) fn hold(&mut self, share: Share) {
         self.held.insert(Arc::as_ptr(&share).cast::<()>() as usize, share);
     }
 
-    fn hold_place(&mut self, place: Place) {
-        match place {
-            Place::Image(ImagePlace(raw)) => self.hold(raw),
-            Place::Buffer(BufferPlace(raw)) => self.hold(raw),
-        }
-    }
-
     /// A pass: barrier, label, timestamps, commands.
-    fn pass(&mut self, name: &'static str, commands: impl FnOnce(&mut Recorder) -> Result<()>) {
+    pub(super) fn pass(&mut self, name: &'static str, commands: impl FnOnce(&mut Recorder) -> Result<()>) {
         if self.error.is_some() {
             return;
         }
@@ -495,97 +350,6 @@ impl Recorder {
             self.device().cmd_set_scissor(self.command, 0, &[area]);
         }
     }
-
-    /// The first command on an image: into GENERAL, and all texels zero.
-    pub(super) fn give_birth(&mut self, raw: &image::Raw) {
-        if self.error.is_some() {
-            return;
-        }
-        let barriers = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
-            .old_layout(vk::ImageLayout::UNDEFINED)
-            .new_layout(vk::ImageLayout::GENERAL)
-            .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-            .image(raw.image)
-            .subresource_range(raw.range())];
-        let info = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the image is new; nothing else uses it.
-        unsafe { self.device().cmd_pipeline_barrier2(self.command, &info) };
-        self.clear_image(raw);
-    }
-
-    fn clear_image(&mut self, raw: &image::Raw) {
-        let (general, ranges) = (vk::ImageLayout::GENERAL, [raw.range()]);
-        // SAFETY: the image is in GENERAL and has the transfer usage.
-        unsafe {
-            if raw.aspect == vk::ImageAspectFlags::DEPTH {
-                let depth = vk::ClearDepthStencilValue { depth: 0.0, stencil: 0 };
-                self.device().cmd_clear_depth_stencil_image(
-                    self.command,
-                    raw.image,
-                    general,
-                    &depth,
-                    &ranges,
-                );
-            } else {
-                let zero = vk::ClearColorValue { uint32: [0; 4] };
-                self.device().cmd_clear_color_image(self.command, raw.image, general, &zero, &ranges);
-            }
-        }
-    }
-
-    /// Fills a buffer with zeroes.
-    pub(super) fn zero(&mut self, raw: &Arc<buffer::Raw>) {
-        let buffer = raw.buffer;
-        self.pass("clear", |rec| {
-            // SAFETY: the buffer is alive and has the transfer usage.
-            unsafe { rec.device().cmd_fill_buffer(rec.command, buffer, 0, vk::WHOLE_SIZE, 0) };
-            Ok(())
-        });
-        self.hold(raw.clone());
-    }
-
-    fn copy_from(&mut self, staging: &buffer::Raw, place: &Place) {
-        // SAFETY: the staging buffer holds exactly the bytes of the place; the image is in GENERAL.
-        unsafe {
-            match place {
-                Place::Image(ImagePlace(raw)) => self.device().cmd_copy_buffer_to_image(
-                    self.command,
-                    staging.buffer,
-                    raw.image,
-                    vk::ImageLayout::GENERAL,
-                    &[raw.copy_region()],
-                ),
-                Place::Buffer(BufferPlace(raw)) => {
-                    let region = vk::BufferCopy::default().size(raw.bytes);
-                    self.device().cmd_copy_buffer(self.command, staging.buffer, raw.buffer, &[region]);
-                }
-            }
-        }
-    }
-
-    fn copy_to(&mut self, place: &Place, staging: &buffer::Raw) {
-        // SAFETY: the staging buffer has room for exactly the bytes of the place; the image is in GENERAL.
-        unsafe {
-            match place {
-                Place::Image(ImagePlace(raw)) => self.device().cmd_copy_image_to_buffer(
-                    self.command,
-                    raw.image,
-                    vk::ImageLayout::GENERAL,
-                    staging.buffer,
-                    &[raw.copy_region()],
-                ),
-                Place::Buffer(BufferPlace(raw)) => {
-                    let region = vk::BufferCopy::default().size(raw.bytes);
-                    self.device().cmd_copy_buffer(self.command, raw.buffer, staging.buffer, &[region]);
-                }
-            }
-        }
-    }
 }
 
 impl Draws<'_> {
@@ -610,89 +374,5 @@ impl Draws<'_> {
         // SAFETY: pipeline, set and push constants of this program are bound, inside rendering.
         unsafe { rec.device().cmd_draw(rec.command, draw.vertices, draw.instances, 0, 0) };
         rec.hold(raw);
-    }
-}
-
-impl Objects {
-    /// Makes the pools and starts a command buffer.
-    fn begin(&mut self) -> Result<vk::CommandBuffer> {
-        let gpu = self.gpu.clone();
-        let device = &gpu.shared().device;
-        let info = vk::CommandPoolCreateInfo::default()
-            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
-            .queue_family_index(gpu.shared().queue_family);
-        // SAFETY: the device is alive.
-        self.commands =
-            unsafe { device.create_command_pool(&info, None) }.map_err(vk_error("vkCreateCommandPool"))?;
-        let info = vk::CommandBufferAllocateInfo::default()
-            .command_pool(self.commands)
-            .level(vk::CommandBufferLevel::PRIMARY)
-            .command_buffer_count(1);
-        // SAFETY: the pool was just made.
-        let command = unsafe { device.allocate_command_buffers(&info) }
-            .map_err(vk_error("vkAllocateCommandBuffers"))?
-            .into_iter()
-            .next()
-            .unwrap_or_default();
-        let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: the command buffer was just allocated.
-        unsafe { device.begin_command_buffer(command, &info) }.map_err(vk_error("vkBeginCommandBuffer"))?;
-        if self.capacity > 0 {
-            let info = vk::QueryPoolCreateInfo::default()
-                .query_type(vk::QueryType::TIMESTAMP)
-                .query_count(self.capacity);
-            // SAFETY: the device is alive.
-            let queries =
-                unsafe { device.create_query_pool(&info, None) }.map_err(vk_error("vkCreateQueryPool"))?;
-            self.queries = Some(queries);
-            // SAFETY: the command buffer is recording.
-            unsafe { device.cmd_reset_query_pool(command, queries, 0, self.capacity) };
-        }
-        Ok(command)
-    }
-
-    fn allocate_set(&mut self, layout: vk::DescriptorSetLayout) -> Result<vk::DescriptorSet> {
-        let gpu = self.gpu.clone();
-        let device = &gpu.shared().device;
-        let layouts = [layout];
-        if let Some(pool) = self.descriptors.last() {
-            let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(*pool).set_layouts(&layouts);
-            // SAFETY: pool and layout are alive.
-            if let Ok(sets) = unsafe { device.allocate_descriptor_sets(&info) } {
-                return Ok(sets.into_iter().next().unwrap_or_default());
-            }
-        }
-        // No pool yet, or a full one.
-        let sizes = [
-            vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_IMAGE, descriptor_count: 1024 },
-            vk::DescriptorPoolSize { ty: vk::DescriptorType::UNIFORM_BUFFER, descriptor_count: 128 },
-            vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: 256 },
-        ];
-        let info = vk::DescriptorPoolCreateInfo::default().max_sets(128).pool_sizes(&sizes);
-        // SAFETY: the device is alive.
-        let pool = unsafe { device.create_descriptor_pool(&info, None) }
-            .map_err(vk_error("vkCreateDescriptorPool"))?;
-        self.descriptors.push(pool);
-        let info = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool).set_layouts(&layouts);
-        // SAFETY: pool and layout are alive.
-        let sets = unsafe { device.allocate_descriptor_sets(&info) }
-            .map_err(vk_error("vkAllocateDescriptorSets"))?;
-        Ok(sets.into_iter().next().unwrap_or_default())
-    }
-}
-
-impl Drop for Objects {
-    fn drop(&mut self) {
-        let device = &self.gpu.shared().device;
-        // SAFETY: a submission waits for its fence before it drops these; a recorder was never submitted.
-        unsafe {
-            device.destroy_command_pool(self.commands, None);
-            for pool in &self.descriptors {
-                device.destroy_descriptor_pool(*pool, None);
-            }
-            if let Some(queries) = self.queries {
-                device.destroy_query_pool(queries, None);
-            }
-        }
     }
 }

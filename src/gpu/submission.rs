@@ -4,8 +4,8 @@ use super::{
     buffer,
     device::Gpu,
     error::{Error, Result, vk_error},
+    objects::Objects,
     pipeline::Share,
-    recorder::Objects,
 };
 use ash::vk;
 use bytemuck::Pod;

@@ -1,13 +1,48 @@
 //! What makers hand to renderers: plain values in metres, radians and cd/m².
 
+mod perez;
+
 use glam::Vec3;
 
-/// Distant light: the sky's dome and the sun's disc.
+use crate::core::grid::Grid;
+use crate::gpu::{Image, format::R32f};
+
+pub use perez::Perez;
+
+/// All that a renderer needs to know of a world.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    pub ground: Ground,
+    pub light: Light,
+    pub sea: Sea,
+    pub surface: Surface,
+    pub camera: Camera,
+}
+
+/// The land, one texel a sample of the grid.
+#[derive(Clone, Debug)]
+pub struct Ground {
+    pub grid: Grid,
+    /// Metres above the datum.
+    pub height: Image<R32f>,
+    /// Depth of rivers and lakes, metres; 0 in the sea.
+    pub water: Image<R32f>,
+    /// How lately water ran here, 0…1.
+    pub wetness: Image<R32f>,
+    /// Thickness of the coral that has grown, metres.
+    pub reef: Image<R32f>,
+    /// Height of the sea above the datum, metres, now that all is done.
+    pub sea_level: f32,
+}
+
+/// Distant light: the sky's dome and the sun's disc, and the air that veils what is far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     pub sky: Sky,
     /// `None` is a world without a sun.
     pub sun: Option<Sun>,
+    /// `None` switches aerial perspective off.
+    pub air: Option<Air>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +52,7 @@ pub enum Sky {
     /// The same radiance from everywhere, linear Rec.709, cd/m².
     Constant { radiance: [f32; 3] },
     /// Preetham, Shirley & Smits 1999.
-    Preetham { turbidity: f32 },
+    Preetham(Perez),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,6 +63,22 @@ pub struct Sun {
     pub irradiance: [f32; 3],
     /// Angular diameter of the disc, radians.
     pub diameter: f32,
+}
+
+/// What scatters light between the eye and the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Air {
+    pub molecules: AirLayer,
+    pub haze: AirLayer,
+}
+
+/// A layer that thins exponentially with height above the datum.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AirLayer {
+    /// At the datum, linear Rec.709, 1/m.
+    pub extinction: [f32; 3],
+    /// Metres over which the density falls to 1/e.
+    pub scale_height: f32,
 }
 
 /// The sea: a level and the water's optics.

@@ -13,10 +13,12 @@ pub fn check_close(got: &[f32], want: &[f64], tolerance: f64) -> Result<(), Stri
     if got.len() != want.len() {
         return Err(format!("{} values where {} are expected", got.len(), want.len()));
     }
-    // A NaN is never within a tolerance, so the comparison is written to fail on it.
-    let outside = |index: &usize| !((f64::from(got[*index]) - want[*index]).abs() <= tolerance);
-    let wrong: Vec<usize> = (0..got.len()).filter(outside).collect();
-    let error = |index: &usize| (f64::from(got[*index]) - want[*index]).abs();
+    // A NaN on either side is infinitely wrong.
+    let error = |index: &usize| {
+        let difference = (f64::from(got[*index]) - want[*index]).abs();
+        if difference.is_nan() { f64::INFINITY } else { difference }
+    };
+    let wrong: Vec<usize> = (0..got.len()).filter(|index| error(index) > tolerance).collect();
     let Some(worst) = wrong.iter().copied().max_by(|i, j| error(i).total_cmp(&error(j))) else {
         return Ok(());
     };

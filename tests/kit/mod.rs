@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod field;
+pub mod island;
 
 use std::{ops::Deref, sync::OnceLock};
 use terrane::gpu::{Gpu, MessageLog, Options};

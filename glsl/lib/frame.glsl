@@ -1,0 +1,74 @@
+// What every pass of a picture knows: camera, ground, light, sea, surface. Uploaded once a picture.
+#ifndef FRAME_GLSL
+#define FRAME_GLSL
+
+const uint SKY_NONE = 0;
+const uint SKY_CONSTANT = 1;
+const uint SKY_PREETHAM = 2;
+
+layout(binding = 0, scalar) uniform Frame {
+    // Camera.
+    vec3 eye;
+    vec3 right;
+    vec3 up;
+    vec3 forward;
+    vec2 tangent;            // of half the field of view, across and up
+    vec2 samples;            // size of the whole picture
+    float sample_angle;      // radians between neighbouring samples at the picture's centre
+    float near;              // distance of the near plane
+
+    // Ground.
+    float extent;
+    float cell_size;
+    int cells;
+    int patches;             // along one side
+    float sea_level;
+    float top;               // the highest ground
+
+    // Light.
+    vec3 sun_direction;
+    vec3 sun_irradiance;     // on a plane that faces it, lux; 0 without a sun
+    float sun_radius;        // of the disc, radians
+    uint sky;
+    vec3 sky_constant;       // cd/m²
+    vec3 perez_zenith;       // Y (cd/m²), x, y at the zenith over F(0, θs)
+    vec3 perez_a;            // of Y, x and y
+    vec3 perez_b;
+    vec3 perez_c;
+    vec3 perez_d;
+    vec3 perez_e;
+    vec3 perez_sun;
+    vec3 sky_irradiance[9];  // spherical harmonics of what a plane receives from the sky, by its normal
+    vec3 molecule_extinction;
+    vec3 haze_extinction;
+    float molecule_height;
+    float haze_height;
+
+    // Sea.
+    vec3 attenuation;
+    vec3 deep_colour;
+    float roughness;
+
+    // Surface.
+    vec3 grass;
+    vec3 dry_grass;
+    vec3 rock;
+    vec3 sand;
+    vec3 sea_floor;
+    vec3 reef;
+    vec2 rock_slope;
+    vec2 dry_height;
+    float beach_height;
+    float beach_slope;
+    float patch_size;
+} frame;
+
+const float PI = 3.14159265358979;
+
+// Unit vector through the point `at` of the picture, in samples from its upper left corner.
+vec3 camera_ray(vec2 at) {
+    vec2 screen = (2.0 * at / frame.samples - 1.0) * frame.tangent;
+    return normalize(frame.forward + screen.x * frame.right - screen.y * frame.up);
+}
+
+#endif

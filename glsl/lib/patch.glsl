@@ -1,0 +1,5 @@
+// The lowest and the highest sample of one patch of ground and of the ring around it, metres.
+struct Patch {
+    float least;
+    float greatest;
+};

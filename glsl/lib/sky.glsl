@@ -1,0 +1,59 @@
+// Radiance of the sky, linear Rec.709, cd/m².
+#ifndef SKY_GLSL
+#define SKY_GLSL
+
+// asin on 0…1 to 32-bit accuracy: drivers' own may be off by 1.6e-4 (after Cephes's asinf, Moshier 1984).
+float accurate_asin(float x) {
+    bool upper = x > 0.5;
+    float z = upper ? 0.5 * (1.0 - x) : x * x;
+    float y = upper ? sqrt(z) : x;
+    float series = ((((4.2163199048e-2 * z + 2.4181311049e-2) * z + 4.5470025998e-2) * z + 7.4953002686e-2) * z
+                    + 1.6666752422e-1) * z * y + y;
+    return upper ? 0.5 * PI - 2.0 * series : series;
+}
+
+vec3 rec709_from_xyz(vec3 xyz) {
+    return vec3(dot(vec3(3.2404542, -1.5371385, -0.4985314), xyz), dot(vec3(-0.9692660, 1.8760108, 0.0415560), xyz),
+                dot(vec3(0.0556434, -0.2040259, 1.0572252), xyz));
+}
+
+// Perez's distribution of Y, x and y (Preetham, Shirley & Smits 1999). The angle to the sun comes from the chord,
+// since acos of a 32-bit cosine is too coarse near the sun.
+vec3 preetham(vec3 view) {
+    float gamma = 2.0 * accurate_asin(min(0.5 * distance(view, frame.perez_sun), 1.0));
+    float cos_gamma = dot(view, frame.perez_sun);
+    vec3 gradient = 1.0 + frame.perez_a * exp(frame.perez_b / max(view.y, 0.001));
+    vec3 glow = 1.0 + frame.perez_c * exp(frame.perez_d * gamma) + frame.perez_e * cos_gamma * cos_gamma;
+    vec3 yxy = frame.perez_zenith * gradient * glow;
+    float scale = yxy.x / yxy.z;
+    return rec709_from_xyz(vec3(yxy.y * scale, yxy.x, (1.0 - yxy.y - yxy.z) * scale));
+}
+
+// From the unit vector `view`; below the horizon as at it.
+vec3 sky_radiance(vec3 view) {
+    if (frame.sky == SKY_NONE) return vec3(0.0);
+    if (frame.sky == SKY_CONSTANT) return frame.sky_constant;
+    if (view.y < 0.0) view = normalize(vec3(view.x, 1e-3, view.z));
+    return max(preetham(view), 0.0);
+}
+
+// The disc, darker towards its limb (u = 0.6: Cox 2000, Allen's Astrophysical Quantities).
+vec3 sun_disc_radiance(vec3 view) {
+    float offset = distance(view, frame.sun_direction) / frame.sun_radius;
+    if (offset >= 1.0) return vec3(0.0);
+    float limb = 1.0 - 0.6 * (1.0 - sqrt(1.0 - offset * offset));
+    float solid_angle = PI * frame.sun_radius * frame.sun_radius;
+    return frame.sun_irradiance / solid_angle * limb / 0.8;
+}
+
+// What a plane with normal `n` receives from the sky, lux (Ramamoorthi & Hanrahan 2001): the renderer has projected
+// the dome and weighted it with the cosine.
+vec3 sky_irradiance(vec3 n) {
+    vec3 sum = frame.sky_irradiance[0] + frame.sky_irradiance[1] * n.z + frame.sky_irradiance[2] * n.y
+             + frame.sky_irradiance[3] * n.x + frame.sky_irradiance[4] * (n.x * n.z)
+             + frame.sky_irradiance[5] * (n.z * n.y) + frame.sky_irradiance[6] * (3.0 * n.y * n.y - 1.0)
+             + frame.sky_irradiance[7] * (n.x * n.y) + frame.sky_irradiance[8] * (n.x * n.x - n.z * n.z);
+    return max(sum, 0.0);
+}
+
+#endif

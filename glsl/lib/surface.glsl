@@ -1,0 +1,86 @@
+// What the bare ground looks like: four materials, blended by slope, height, shore, rivers and reef (Korošec & Lebar
+// Bajec, "Procedural generation of a tropical island and coral reef"), each with a procedural texture.
+#ifndef SURFACE_GLSL
+#define SURFACE_GLSL
+
+// A place on the ground and what is known of it.
+struct Place {
+    vec3 point;
+    vec2 slope;        // dh/dx, dh/dz
+    float wetness;     // 0…1, how lately water ran here
+    float reef;        // metres of coral grown
+    float openness;    // 0…1, share of the sky that it sees
+    float footprint;   // metres that one sample covers
+};
+
+struct Ground {
+    vec4 weights;      // grass, rock, sand, sea floor; they sum to 1
+    vec3 albedo;
+    vec3 normal;       // with the texture's relief
+};
+
+Ground ground(Place place) {
+    vec2 xz = place.point.xz;
+    float above = place.point.y - frame.sea_level;
+    float steepness = atan(length(place.slope));
+    float footprint = place.footprint;
+
+    // Two broad patterns break up every boundary and every colour; two fine ones give relief.
+    vec3 broad = mottle(xz, frame.patch_size, 7, 0.6, footprint, 11u);
+    vec3 hue = mottle(xz, 0.55 * frame.patch_size, 4, 0.7, footprint, 31u);
+    vec3 trees = billows(xz, 0.13 * frame.patch_size, 7, 0.68, footprint, 51u);
+
+    // Weights. A beach climbs higher where the shore is flat; where rivers ran lately rock is bare.
+    float beach = 1.0 - smoothstep(0.55, 1.0, above / frame.beach_height - 0.45 * broad.x);
+    beach *= 1.0 - smoothstep(0.75, 1.25, steepness / frame.beach_slope);
+    float submerged = 1.0 - smoothstep(-1.2, -0.1, above);
+    float bare = smoothstep(frame.rock_slope.x, frame.rock_slope.y, steepness + 0.10 * broad.x + 0.05 * trees.x);
+    float river = smoothstep(0.25, 0.75, place.wetness + 0.15 * broad.x) * smoothstep(0.0, 2.0, above);
+    float rock = max(bare, river);
+    float sand = max(beach, submerged) * (1.0 - rock);
+    vec4 weights = vec4(1.0 - rock - sand, rock, sand * (1.0 - submerged), sand * submerged);
+
+    // Grass: lush forest in damp hollows, pale and yellow where it is high, steep or exposed.
+    float dry = smoothstep(frame.dry_height.x, frame.dry_height.y, above + 0.22 * frame.dry_height.x * (broad.x + hue.x));
+    dry = max(dry, 0.7 * smoothstep(0.6 * frame.rock_slope.x, frame.rock_slope.y, steepness + 0.15 * hue.x));
+    float hollow = 1.0 - smoothstep(0.6, 0.97, place.openness);
+    float forest = smoothstep(-0.12, 0.12, 0.8 * broad.x + 0.3 * hue.x + 0.25 * trees.x + 1.0 * hollow + 0.22 - 1.0 * dry);
+    vec3 canopy = frame.grass * mix(vec3(0.36, 0.50, 0.40), vec3(0.58, 0.68, 0.34), clamp(0.5 + 0.8 * hue.x, 0.0, 1.0));
+    vec3 meadow = frame.grass * (1.0 + 0.3 * hue.x + 0.15 * trees.x);
+    vec3 grass = mix(meadow, frame.dry_grass * (1.0 + 0.25 * trees.x), dry);
+    // Between crowns it is dark.
+    grass = mix(grass, canopy * (1.0 + 0.75 * trees.x), forest);
+
+    // Rock: beds some metres thick, warped and weathered; dark where it is wet.
+    vec2 bed = vec2(place.point.y + 12.0 * broad.x + 3.0 * trees.x, 0.04 * (xz.x - xz.y));
+    float strata = mottle(bed, 60.0, 6, 0.75, 2.0 * footprint, 71u).x;
+    vec3 rock_colour = frame.rock * (1.0 + 0.35 * strata + 0.45 * trees.x + 0.3 * broad.x);
+    rock_colour = mix(rock_colour, rock_colour * vec3(1.3, 0.97, 0.75), smoothstep(0.0, 0.7, hue.x));
+    // Moss and scrub cling to it.
+    rock_colour = mix(rock_colour, canopy, 0.55 * smoothstep(0.0, 0.5, 0.6 * trees.x - 0.5 * hue.x));
+    rock_colour *= mix(1.0, 0.75, river);
+
+    // Sand darkens where waves wet it; debris lies along the line of the last flood.
+    vec3 sand_colour = frame.sand * (1.0 + 0.08 * broad.x + 0.06 * trees.x);
+    sand_colour *= mix(0.66, 1.0, smoothstep(0.05, 0.45, above + 0.15 * trees.x));
+
+    // Sea floor: sand with darker grass and rubble; coral where it grew, richest just below the surface.
+    float rubble = smoothstep(0.05, 0.7, broad.x + 0.5 * trees.x);
+    vec3 floor_colour = frame.sea_floor * (1.0 - 0.42 * rubble);
+    float coral = smoothstep(0.4, 2.5, place.reef) * (1.0 - smoothstep(8.0, 30.0, -above));
+    coral *= smoothstep(-0.55, 0.25, 0.8 * hue.x + 0.8 * trees.x + 0.25);
+    floor_colour = mix(floor_colour, frame.reef * (1.0 + 0.5 * trees.x), coral);
+
+    Ground found;
+    found.weights = weights;
+    found.albedo = weights.x * grass + weights.y * rock_colour + weights.z * sand_colour + weights.w * floor_colour;
+    found.albedo = clamp(found.albedo, 0.0, 0.9);
+    // Relief in metres: crowns, ledges, dunes, coral heads.
+    vec2 relief = weights.x * (mix(0.6, 4.5, forest) * trees.yz + 1.5 * broad.yz)
+                + weights.y * (3.0 * trees.yz + 5.0 * broad.yz) + weights.z * 0.25 * trees.yz
+                + weights.w * (0.5 + 2.0 * coral) * trees.yz;
+    found.normal = normal_from_slope(place.slope + relief);
+    return found;
+}
+
+#endif

@@ -1,0 +1,45 @@
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+// Where waves from the open sea arrive, 0…1: the share of seaward directions in which the water stays deep enough for
+// them all the way in. Behind a reef it is calm, but for its passes.
+
+#include "lib/frame.glsl"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 1, r32f) uniform readonly image2D height;
+layout(binding = 2, r32f) uniform writeonly image2D surf;
+
+#include "lib/heightfield.glsl"
+
+const int DIRECTIONS = 16;
+const float FETCH = 1500.0;        // metres of open water that make waves
+const float BREAKING_DEPTH = 1.5;  // metres
+const float BREAKING_ZONE = 40.0;  // metres that a breaker runs on
+
+void main() {
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(at, ivec2(frame.cells)))) return;
+    float depth = frame.sea_level - height_at(at);
+    if (depth < -4.0 || depth > 14.0) {
+        imageStore(surf, at, vec4(0.0));
+        return;
+    }
+    float stride = max(1.5, FETCH / frame.cell_size / 96.0);
+    int steps = int(FETCH / frame.cell_size / stride);
+    float first = max(BREAKING_ZONE / frame.cell_size, 1.5);
+    int open = 0;
+    for (int direction = 0; direction < DIRECTIONS; ++direction) {
+        float azimuth = 2.0 * PI * (float(direction) + 0.5) / float(DIRECTIONS);
+        vec2 toward = vec2(cos(azimuth), sin(azimuth));
+        bool blocked = false;
+        for (int index = 0; index < steps && !blocked; ++index) {
+            ivec2 cell = at + ivec2(round(toward * (first + float(index) * stride)));
+            if (cell != clamp_to_grid(cell)) break;
+            blocked = height_at(cell) > frame.sea_level - BREAKING_DEPTH;
+        }
+        open += blocked ? 0 : 1;
+    }
+    imageStore(surf, at, vec4(clamp(float(open) / float(DIRECTIONS / 3), 0.0, 1.0), 0.0, 0.0, 0.0));
+}

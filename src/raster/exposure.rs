@@ -1,0 +1,76 @@
+//! What reaches each place on the ground: the sun, the sky, the waves of the open sea.
+
+use super::frame::Prepared;
+use crate::gpu::{
+    self, Compute, Gpu, Image, Recorder,
+    format::{R32f, Rg32f, Rgba16f},
+};
+use crate::scene::Scene;
+use crate::shaders::raster::{glow, openness, shadow, surf};
+
+/// Images as large as the ground's grid.
+pub struct Exposure {
+    /// Height at which the sun comes out (m above the datum), and how far away what hides it is (m).
+    pub shadow: Image<Rg32f>,
+    /// Share of the sky's light that arrives, 0…1.
+    pub openness: Image<R32f>,
+    /// How much of the open sea's waves arrives, 0…1.
+    pub surf: Image<R32f>,
+    /// Radiance that leaves the ground, cd/m².
+    pub glow: Image<Rgba16f>,
+}
+
+pub(super) struct Passes {
+    shadow: Compute<shadow::Shader>,
+    openness: Compute<openness::Shader>,
+    surf: Compute<surf::Shader>,
+    glow: Compute<glow::Shader>,
+}
+
+impl Passes {
+    pub fn new(gpu: &Gpu) -> gpu::Result<Self> {
+        Ok(Passes {
+            shadow: Compute::new(gpu, ())?,
+            openness: Compute::new(gpu, ())?,
+            surf: Compute::new(gpu, ())?,
+            glow: Compute::new(gpu, ())?,
+        })
+    }
+
+    pub fn measure(&self, gpu: &Gpu, scene: &Scene, prepared: &Prepared) -> gpu::Result<Exposure> {
+        let ground = &scene.ground;
+        let size = ground.height.size();
+        let exposure = Exposure {
+            shadow: Image::new(gpu, "shadow", size)?,
+            openness: Image::new(gpu, "openness", size)?,
+            surf: Image::new(gpu, "surf", size)?,
+            glow: Image::new(gpu, "glow", size)?,
+        };
+        let (frame, height) = (&prepared.frame, &ground.height);
+        let mut rec = Recorder::new(gpu);
+        rec.concurrent(|rec| {
+            let shadow = shadow::Bindings { frame, height, shadow: &exposure.shadow };
+            rec.dispatch(&self.shadow, size, (), shadow);
+            let openness = openness::Bindings { frame, height, openness: &exposure.openness };
+            rec.dispatch(&self.openness, size, (), openness);
+            let surf = surf::Bindings { frame, height, surf: &exposure.surf };
+            rec.dispatch(&self.surf, size, (), surf);
+        });
+        rec.dispatch(
+            &self.glow,
+            size,
+            (),
+            glow::Bindings {
+                frame,
+                height,
+                wetness: &ground.wetness,
+                reef: &ground.reef,
+                openness: &exposure.openness,
+                shadow: &exposure.shadow,
+                glow: &exposure.glow,
+            },
+        );
+        rec.submit()?.wait()?;
+        Ok(exposure)
+    }
+}

@@ -1,0 +1,116 @@
+//! The uniform block that every pass of a picture reads.
+
+use super::{Quality, light::sky_irradiance};
+use crate::core::camera::Pinhole;
+use crate::gpu::Buffer;
+use crate::scene::{Film, Perez, Scene, Sky};
+use crate::shaders::{Frame, Patch};
+
+/// What a picture's passes share.
+pub(super) struct Prepared {
+    pub frame: Buffer<Frame>,
+    pub patches: Buffer<Patch>,
+    pub patches_per_side: u32,
+}
+
+/// Nearest distance that is drawn, metres.
+const NEAR: f32 = 0.5;
+
+pub(super) fn values(
+    scene: &Scene,
+    film: &Film,
+    quality: Quality,
+    camera: &Pinhole,
+    patches: u32,
+    top: f32,
+) -> Frame {
+    let Scene { ground, light, sea, surface, .. } = scene;
+    let samples = [film.width * quality.samples, film.height * quality.samples].map(|side| side as f32);
+    let frame = Frame {
+        eye: camera.eye.to_array(),
+        right: camera.right.to_array(),
+        up: camera.up.to_array(),
+        forward: camera.forward.to_array(),
+        tangent: camera.tangent,
+        samples,
+        sample_angle: 2.0 * camera.tangent[1] / samples[1],
+        near: NEAR,
+        extent: ground.grid.extent,
+        cell_size: ground.grid.cell_size(),
+        cells: ground.grid.cells as i32,
+        patches: patches as i32,
+        sea_level: ground.sea_level,
+        top,
+        sky_irradiance: sky_irradiance(&light.sky),
+        attenuation: sea.attenuation,
+        deep_colour: sea.deep_colour,
+        roughness: sea.roughness,
+        grass: surface.grass,
+        dry_grass: surface.dry_grass,
+        rock: surface.rock,
+        sand: surface.sand,
+        sea_floor: surface.sea_floor,
+        reef: surface.reef,
+        rock_slope: surface.rock_slope,
+        dry_height: surface.dry_height,
+        beach_height: surface.beach_height,
+        beach_slope: surface.beach_slope,
+        patch_size: surface.patch_size,
+        ..Frame::default()
+    };
+    with_air(with_sky(with_sun(frame, scene), &light.sky), scene)
+}
+
+fn with_sun(frame: Frame, scene: &Scene) -> Frame {
+    let Some(sun) = scene.light.sun else {
+        return Frame { sun_direction: [0.0, 1.0, 0.0], sun_radius: 1e-3, ..frame };
+    };
+    Frame {
+        sun_direction: sun.direction.to_array(),
+        sun_irradiance: sun.irradiance,
+        sun_radius: sun.diameter / 2.0,
+        ..frame
+    }
+}
+
+fn with_sky(frame: Frame, sky: &Sky) -> Frame {
+    match sky {
+        Sky::None => Frame { sky: SKY_NONE, ..frame },
+        Sky::Constant { radiance } => Frame { sky: SKY_CONSTANT, sky_constant: *radiance, ..frame },
+        Sky::Preetham(perez) => with_perez(Frame { sky: SKY_PREETHAM, ..frame }, perez),
+    }
+}
+
+// The values that glsl/lib/frame.glsl gives them.
+const SKY_NONE: u32 = 0;
+const SKY_CONSTANT: u32 = 1;
+const SKY_PREETHAM: u32 = 2;
+
+fn with_perez(frame: Frame, perez: &Perez) -> Frame {
+    let normalisation = perez.normalisation();
+    let row = |index: usize| perez.coefficients.map(|channel| channel[index] as f32);
+    Frame {
+        perez_zenith: std::array::from_fn(|channel| (perez.zenith[channel] / normalisation[channel]) as f32),
+        perez_a: row(0),
+        perez_b: row(1),
+        perez_c: row(2),
+        perez_d: row(3),
+        perez_e: row(4),
+        perez_sun: perez.sun.as_vec3().to_array(),
+        ..frame
+    }
+}
+
+fn with_air(frame: Frame, scene: &Scene) -> Frame {
+    let Some(air) = scene.light.air else {
+        // No density, whatever the height.
+        return Frame { molecule_height: 1e9, haze_height: 1e9, ..frame };
+    };
+    Frame {
+        molecule_extinction: air.molecules.extinction,
+        molecule_height: air.molecules.scale_height,
+        haze_extinction: air.haze.extinction,
+        haze_height: air.haze.scale_height,
+        ..frame
+    }
+}

@@ -1,0 +1,81 @@
+//! Bounds of the ground's patches, and the frame that is built on them.
+
+use glam::Vec3;
+
+use super::{
+    Quality,
+    frame::{self, Prepared},
+};
+use crate::core::camera::Pinhole;
+use crate::gpu::{self, Buffer, Compute, Gpu, Recorder};
+use crate::scene::{Film, Scene, View};
+use crate::shaders::{Patch, raster::patches};
+
+pub(super) struct Pass(Compute<patches::Shader>);
+
+impl Pass {
+    pub fn new(gpu: &Gpu) -> gpu::Result<Self> {
+        Ok(Pass(Compute::new(gpu, ())?))
+    }
+
+    /// Bounds the ground, places the camera and uploads what every other pass needs to know.
+    pub fn prepare(&self, gpu: &Gpu, scene: &Scene, film: &Film, quality: Quality) -> gpu::Result<Prepared> {
+        let grid = scene.ground.grid;
+        // Eight cells to a patch can be divided far below a cell; more patches would only cost.
+        let side = ((grid.cells - 1) / 8).clamp(16, 256);
+        let patches = Buffer::<Patch>::new(gpu, "patches", (side * side) as usize)?;
+        let mut rec = Recorder::new(gpu);
+        rec.dispatch(
+            &self.0,
+            [side, side],
+            patches::Push { cells: grid.cells as i32, patches_per_side: side as i32 },
+            patches::Bindings { height: &scene.ground.height, patches: &patches },
+        );
+        let download = rec.download(&patches);
+        let finished = rec.submit()?.wait()?;
+        let bounds = download.take(&finished);
+
+        let camera = camera(scene, film, &bounds, side);
+        let top = bounds.iter().map(|patch| patch.greatest).fold(f32::NEG_INFINITY, f32::max);
+        let values = frame::values(scene, film, quality, &camera, side, top);
+        let frame = Buffer::new(gpu, "frame", 1)?;
+        let mut rec = Recorder::new(gpu);
+        rec.upload(&frame, &[values]);
+        rec.submit()?.wait()?;
+        Ok(Prepared { frame, patches, patches_per_side: side })
+    }
+}
+
+fn camera(scene: &Scene, film: &Film, bounds: &[Patch], side: u32) -> Pinhole {
+    let aspect = film.width as f32 / film.height as f32;
+    let fov = scene.camera.fov;
+    match scene.camera.view {
+        View::LookAt { position, target } => Pinhole::look_at(position, target, fov, aspect),
+        View::FrameIsland { azimuth, elevation, distance } => {
+            let level = elevation.cos();
+            let towards_camera = Vec3::new(azimuth.sin() * level, elevation.sin(), -azimuth.cos() * level);
+            let boxes = land(scene, bounds, side);
+            Pinhole::frame(&boxes, -towards_camera, distance, fov, aspect)
+        }
+    }
+}
+
+/// Boxes round the land above the sea, one a patch; all of the ground where there is none.
+fn land(scene: &Scene, bounds: &[Patch], side: u32) -> Vec<[Vec3; 2]> {
+    let sea_level = scene.ground.sea_level;
+    let extent = scene.ground.grid.extent;
+    let patch_size = extent / side as f32;
+    let boxes = |floor: f32| -> Vec<[Vec3; 2]> {
+        let above = bounds.iter().enumerate().filter(|(_, patch)| patch.greatest > floor);
+        above
+            .map(|(index, patch)| {
+                let x = (index as u32 % side) as f32 * patch_size - extent / 2.0;
+                let z = (index as u32 / side) as f32 * patch_size - extent / 2.0;
+                let least = Vec3::new(x, patch.least.max(floor), z);
+                [least, Vec3::new(x + patch_size, patch.greatest, z + patch_size)]
+            })
+            .collect()
+    };
+    let land = boxes(sea_level);
+    if land.is_empty() { boxes(f32::NEG_INFINITY) } else { land }
+}

@@ -1,0 +1,631 @@
+//! Every key of a world file: its name, kind, unit, range, default and meaning, one row each. Reading, messages and
+//! the reference page come from these rows; [`plan`](super::plan) turns what they yield into values for the makers.
+
+use super::fault::Complaint;
+use super::kinds::*;
+use super::place::{Place, noun};
+use super::schema::{Kind, Preset, Shape, Unit, section};
+use crate::scene;
+use crate::terrain::{Boundary, hydraulic, reef, thermal};
+
+const NONE: Unit = Unit { symbol: "", factor: 1.0 };
+const M: Unit = Unit { symbol: "m", factor: 1.0 };
+const PER_M: Unit = Unit { symbol: "m⁻¹", factor: 1.0 };
+const S: Unit = Unit { symbol: "s", factor: 1.0 };
+const PER_S: Unit = Unit { symbol: "s⁻¹", factor: 1.0 };
+const M_PER_S: Unit = Unit { symbol: "m/s", factor: 1.0 };
+const M_PER_S2: Unit = Unit { symbol: "m/s²", factor: 1.0 };
+const M2_PER_S: Unit = Unit { symbol: "m²/s", factor: 1.0 };
+const MM_PER_H: Unit = Unit { symbol: "mm/h", factor: 1e-3 / 3600.0 };
+const YEARS: Unit = Unit { symbol: "yr", factor: 1.0 };
+const M_PER_YEAR: Unit = Unit { symbol: "m/yr", factor: 1.0 };
+const M2_PER_YEAR: Unit = Unit { symbol: "m²/yr", factor: 1.0 };
+const DEGREES: Unit = Unit { symbol: "degrees", factor: std::f64::consts::PI / 180.0 };
+const HOURS: Unit = Unit { symbol: "h", factor: 1.0 };
+const LUX: Unit = Unit { symbol: "lx", factor: 1.0 };
+const CD_PER_M2: Unit = Unit { symbol: "cd/m²", factor: 1.0 };
+const M2_PER_CD: Unit = Unit { symbol: "m²/cd", factor: 1.0 };
+
+section! {
+    /// A world: land, sea, light and a camera. Every section may be left out; what a world does not say has its
+    /// default, and `"none"` switches off what can be switched off.
+    struct World {
+        /// Version of the format, 1. Required.
+        format: () = Format,
+        /// Where randomness starts. Every consumer derives its own seed from it and its key, so that adding one
+        /// never changes another.
+        seed: u32 = whole(1, 0..=u32::MAX),
+        /// The grid and the land before erosion.
+        terrain: Terrain = table::<Terrain>(),
+        /// Maps that scale the processes from place to place.
+        controls: Controls = table::<Controls>(),
+        /// Water and gravity at work on the land.
+        erosion: Option<Erosion> = or_none(table::<Erosion>()),
+        /// Coral that grows round the land after erosion.
+        reef: Option<reef::Params> = or_none(table::<reef::Params>()),
+        /// Level and optics of the sea.
+        sea: scene::Sea = table::<scene::Sea>(),
+        /// How bare ground is coloured.
+        surface: scene::Surface = table::<scene::Surface>(),
+        /// Light of the sky.
+        sky: Sky = one_of([
+            tag("preetham", Sky::Preetham),
+            tag("constant", Sky::Constant),
+            word("none", "No light from the sky.", Sky::None),
+        ])
+        .later(&[["hosek_wilkie", "The sky of Hosek & Wilkie 2012."], ["map", "A picture of the whole sky."]]),
+        /// Light of the sun.
+        sun: Sun = one_of([
+            tag("place", Sun::Place),
+            tag("direct", Sun::Direct),
+            word("none", "No sun.", Sun::None),
+        ]),
+        /// Where the picture is seen from.
+        camera: Camera = table::<Camera>(),
+        /// The picture itself.
+        render: Render = table::<Render>(),
+    }
+}
+
+/// The version of the format: `1`, always written.
+struct Format;
+
+impl Kind for Format {
+    type Value = ();
+
+    fn shape(&self) -> Shape {
+        Shape::Whole { range: [1, 1] }
+    }
+
+    fn default(&self) -> String {
+        "required".into()
+    }
+
+    fn read(&self, place: &Place) {
+        match place.item() {
+            None => place.refuse(Complaint::new("is missing", "begin the file with `format = 1`")),
+            Some(item) if item.as_integer() == Some(1) => {}
+            Some(item) if item.as_integer().is_some() => {
+                place.refuse(Complaint::new("is not one that this version reads", "allowed: 1"));
+            }
+            Some(item) => {
+                place.refuse(Complaint::new(format!("must be 1, not {}", noun(item)), "allowed: 1"))
+            }
+        }
+    }
+}
+
+// Land ---------------------------------------------------------------------------------------------------------------
+
+section! {
+    /// The grid and the land before erosion. Samples are vertices: the first and the last of a row are `extent` apart.
+    struct Terrain {
+        /// Samples along one side.
+        cells: u32 = whole(512, 64..=8192),
+        /// Length of one side.
+        extent: f32 = number(8000.0, M, 100.0..=1e6),
+        /// What the land is made of, from the first layer to the last; each is combined with what the ones before
+        /// it made.
+        layers: Vec<Layer> = list(layer(), 1..=64, DEFAULT_LAYERS),
+    }
+}
+
+const DEFAULT_LAYERS: &str = r#"[
+    { cone = { height = 1100, radius = 3100, exponent = 0.8 } },
+    { simplex = { combine = "power", amplitude = 0.22, wavelength = 1900, octaves = 8, warp = 300 } },
+]"#;
+
+#[derive(Clone, Debug)]
+pub enum Layer {
+    Cone(Cone),
+    Simplex(Simplex),
+    Crater(Crater),
+    DiamondSquare(DiamondSquare),
+    Heightmap(Heightmap),
+}
+
+fn layer() -> OneOf<Layer> {
+    one_of([
+        tag("cone", Layer::Cone),
+        tag("simplex", Layer::Simplex),
+        tag("crater", Layer::Crater),
+        tag("diamond_square", Layer::DiamondSquare),
+        tag("heightmap", Layer::Heightmap),
+    ])
+}
+
+section! {
+    /// A cone with a curved flank: `height · (1 − (r/radius)^exponent)`, r from its centre (Korošec & Lebar Bajec
+    /// (1, 2)).
+    struct Cone {
+        /// Height of the tip above the foot.
+        height: f32 = number(900.0, M, 1.0..=20_000.0),
+        /// Radius of the foot.
+        radius: f32 = number(3100.0, M, 1.0..=1e6),
+        /// Shape of the flank: below 1 hollow as a volcano's, 1 straight, above 1 a dome with a flat top.
+        exponent: f32 = number(0.8, NONE, 0.1..=16.0).usual(0.6..=4.0),
+        /// Where the tip stands: metres east and south of the middle.
+        center: [f32; 2] = numbers([0.0, 0.0], M, -1e6..=1e6),
+        /// How the cone joins what lies below it.
+        combine: Combine = combine(),
+        /// With `combine = "power"`: the height that the power leaves as it is.
+        reference: Option<f32> = reference(),
+    }
+}
+
+section! {
+    /// Fractal simplex noise, `offset + amplitude · Σ η(p·2^i/wavelength)/2^i` (Korošec & Lebar Bajec (3); Perlin
+    /// 2002, Gustavson 2005).
+    struct Simplex {
+        /// Height of the first octave's hills; with `combine = "power"` or `"multiply"` a plain number (K_N of
+        /// Korošec & Lebar Bajec (4), usual: 0.05 to 0.25).
+        amplitude: Option<f32> = optional(number(0.2, NONE, -20_000.0..=20_000.0), "0.2 with power and multiply, else 20"),
+        /// Added to the noise.
+        offset: Option<f32> = optional(number(0.0, NONE, -20_000.0..=20_000.0), "1 with multiply, else 0"),
+        /// Distance between hills in the first octave.
+        wavelength: f32 = number(1600.0, M, 1.0..=1e6),
+        /// Number of octaves: each has half the wavelength and half the height of the one before.
+        octaves: u32 = whole(8, 1..=16),
+        /// How far the pattern is bent by noise of its own (three octaves): breaks straight lines.
+        warp: f32 = number(0.0, M, 0.0..=1e5),
+        /// Its own seed.
+        seed: Option<u32> = optional(whole(1, 0..=u32::MAX), "from the world's seed and the layer's number"),
+        /// How the noise joins what lies below it.
+        combine: Combine = combine(),
+        /// With `combine = "power"`: the height that the power leaves as it is.
+        reference: Option<f32> = reference(),
+    }
+}
+
+section! {
+    /// Mirrors everything above `level` down: a caldera (Korošec & Lebar Bajec (5)). A floor below the sea makes an
+    /// atoll.
+    struct Crater {
+        /// Height of the rim.
+        level: f32 = number(700.0, M, -20_000.0..=20_000.0),
+    }
+}
+
+section! {
+    /// Diamond–square (Fournier, Fussell & Carpenter 1982) on a grid of 2^n + 1 points a side, stretched over the
+    /// terrain.
+    struct DiamondSquare {
+        /// Size of its grid: 2^n + 1 points a side.
+        n: u32 = whole(9, 1..=13),
+        /// The corners lie within this far of 0.
+        init_height: f32 = number(0.0, M, 0.0..=20_000.0),
+        /// Greatest random step at the first level.
+        spread: f32 = number(200.0, M, 0.0..=20_000.0),
+        /// What the step is multiplied by from level to level: less is smoother.
+        reduction: f32 = number(0.5, NONE, 0.0..=1.0),
+        /// Its own seed.
+        seed: Option<u32> = optional(whole(1, 0..=u32::MAX), "from the world's seed and the layer's number"),
+        /// How it joins what lies below it.
+        combine: Combine = combine(),
+        /// With `combine = "power"`: the height that the power leaves as it is.
+        reference: Option<f32> = reference(),
+    }
+}
+
+section! {
+    /// Heights from a grey PNG (16 bits) or an EXR, stretched over the terrain. The first row is the north edge.
+    struct Heightmap {
+        /// The picture. Required.
+        file: Option<String> = file(),
+        /// Height of black, or of an EXR's least value.
+        min: Option<f32> = optional(number(0.0, M, -20_000.0..=20_000.0), "from the sidecar; an EXR holds metres"),
+        /// Height of white, or of an EXR's greatest value.
+        max: Option<f32> = optional(number(1000.0, M, -20_000.0..=20_000.0), "from the sidecar; an EXR holds metres"),
+        /// How it joins what lies below it.
+        combine: Combine = combine(),
+        /// With `combine = "power"`: the height that the power leaves as it is.
+        reference: Option<f32> = reference(),
+    }
+}
+
+fn reference() -> Optional<Number> {
+    optional(number(900.0, M, 1.0..=20_000.0), "height of the cone before it")
+}
+
+/// How a layer `v` joins the height `h` of those before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Combine {
+    Add,
+    Multiply,
+    Power,
+    Max,
+    Min,
+}
+
+fn combine() -> Choice<Combine> {
+    choice([
+        ("add", "h + v", Combine::Add),
+        ("multiply", "h · v", Combine::Multiply),
+        (
+            "power",
+            "H · (h/H)^(1 + v), H the `reference`: rough where the land is low, and nothing where it is 0 (Korošec & \
+             Lebar Bajec (4))",
+            Combine::Power,
+        ),
+        ("max", "the higher one", Combine::Max),
+        ("min", "the lower one", Combine::Min),
+    ])
+}
+
+section! {
+    /// Maps that scale the processes from place to place: grey PNG (black 0, white 1) or EXR, stretched over the
+    /// terrain.
+    struct Controls {
+        /// Multiplies the rain.
+        rain: Option<String> = file(),
+        /// Multiplies what water takes from the ground: soft rock is 1, hard rock 0.
+        erodibility: Option<String> = file(),
+        /// Multiplies every change of the ground: erosion where it is white.
+        mask: Option<String> = file(),
+    }
+}
+
+// Erosion ------------------------------------------------------------------------------------------------------------
+
+section! {
+    /// Water and gravity at work on the land.
+    struct Erosion {
+        /// What happens to water and sediment at the rim of the terrain and in the sea.
+        boundary: Boundary = choice([
+            ("sea", "the sea swallows rivers and keeps its level; nothing flows over the rim", Boundary::Sea),
+            ("closed", "nothing flows over the rim and there is no sea (the paper)", Boundary::Closed),
+            ("open", "the rim drains", Boundary::Open),
+        ]),
+        /// Rain that runs off, carves and drops what it carries.
+        hydraulic: Option<hydraulic::Params> = or_none(table::<hydraulic::Params>()),
+        /// Debris that slides from slopes that are too steep.
+        thermal: Option<Thermal> = or_none(table::<Thermal>()),
+        /// Length over which the sea bed is smoothed before the reef grows; 0 leaves it (Korošec & Lebar Bajec (23)).
+        seabed_smoothing: f32 = number(40.0, M, 0.0..=10_000.0).usual(30.0..=61.0),
+    }
+}
+
+section! {
+    /// Erosion by running water: virtual pipes (Mei, Decaudin & Hu 2007; Korošec & Lebar Bajec (6)–(19)), with the
+    /// changes that let valleys grow. Seconds are model seconds: geological time runs faster.
+    for hydraulic::Params, presets HYDRAULIC_PRESETS {
+        /// How long it rains.
+        duration = number(5000.0, S, 1.0..=1e6).usual(500.0..=8000.0),
+        /// Rain r (6).
+        rain = number(100.0, MM_PER_H, 0.0..=10_000.0).usual(50.0..=300.0),
+        /// Share of the water that evaporates each second, K_T (19).
+        evaporation = number(0.0, PER_S, 0.0..=1.0),
+        /// Gravity.
+        gravity = number(9.81, M_PER_S2, 0.1..=100.0),
+        /// Neighbours that a cell sends water to.
+        pipes = choice([
+            ("eight", "isotropic", hydraulic::Pipes::Eight),
+            ("four", "cuts trenches along the axes (the paper)", hydraulic::Pipes::Four),
+        ]),
+        /// Cross-section of a pipe.
+        section = choice([
+            ("depth", "as deep as the water, up to `pipe_depth`", hydraulic::Section::Depth),
+            ("fixed", "always `pipe_depth` deep (the paper)", hydraulic::Section::Fixed),
+        ]),
+        /// Depth D of a pipe (7), or the cap on it: sets the fastest wave and so the time step.
+        pipe_depth = number(4.0, M, 0.1..=100.0).usual(1.0..=8.0),
+        /// Quadratic drag of the bed c_f, v = sqrt(g·d·slope/c_f); 0 is frictionless.
+        drag = number(0.15, NONE, 0.0..=10.0).usual(0.05..=0.3),
+        /// Capacity K_S (11): metres of ground carried for each m/s of speed.
+        capacity = number(200.0, S, 0.0..=10_000.0).usual(50.0..=400.0),
+        /// Least sin α in the capacity, so that flats still work (11).
+        min_slope = number(0.01, NONE, 0.0..=1.0).usual(0.005..=0.05),
+        /// Depth over which the capacity rises from nothing to all of it (Jákó & Tóth 2011): without it rills don't
+        /// grow. 0 = no ramp.
+        ramp_depth = number(0.5, M, 0.0..=100.0).usual(0.3..=2.0),
+        /// Depth at which that rise begins: keeps sheets of rain from eroding.
+        ramp_start = number(0.01, M, 0.0..=10.0).usual(0.0..=0.03),
+        /// The slope in the capacity.
+        slope = choice([
+            ("outflow", "drop of the water surface, weighted by the outflow", hydraulic::Slope::Outflow),
+            ("central", "central differences of the ground (12) (the paper)", hydraulic::Slope::Central),
+        ]),
+        /// Rate of erosion K_E (15, 16).
+        erosion_rate = number(0.005, PER_S, 0.0..=10.0).usual(0.001..=0.01),
+        /// Rate of deposition K_D (15, 16).
+        deposition_rate = number(0.015, PER_S, 0.0..=10.0).usual(0.005..=0.05),
+        /// Fastest change of the ground by water.
+        rate_limit = number(1.0, M_PER_S, 0.0..=1000.0),
+        /// How suspended sediment travels (17).
+        transport = choice([
+            ("flux", "with the water that carries it; nothing is lost", hydraulic::Transport::Flux),
+            ("semi_lagrangian", "traced back along the velocity; loses mass (the paper)", hydraulic::Transport::SemiLagrangian),
+        ]),
+        /// Diffusivity of suspended sediment D_s (18).
+        sediment_diffusivity = number(12.0, M2_PER_S, 0.0..=1000.0),
+        /// Soil creep: diffusivity of the ground. Sets where valleys begin, keeps ridges smooth.
+        creep = number(0.1, M2_PER_S, 0.0..=10.0).usual(0.02..=0.3),
+        /// Extra diffusivity of the bed for each m²/s of flow, β: widens rivers.
+        bank_diffusion = number(3.0, NONE, 0.0..=100.0).usual(0.5..=6.0),
+        /// Depth of the sea over which rivers lose their force: fans and beaches. With `boundary = "sea"`.
+        sea_fade = number(3.0, M, 0.0..=1000.0),
+        /// The time step, as a share of the largest stable one.
+        safety = number(0.9, NONE, 0.05..=1.0),
+        /// Ground under more water than this counts as wet …
+        wet_depth = number(0.05, M, 0.0..=100.0),
+        /// … and remembers it for this long: river beds stay bare.
+        wet_memory = number(600.0, S, 1.0..=1e6),
+    }
+}
+
+const HYDRAULIC_PRESETS: &[Preset] = &[
+    Preset {
+        name: "island",
+        about: "the defaults below: valleys with branches, whatever the grid",
+        keys: "",
+    },
+    Preset {
+        name: "paper",
+        about: "the model as Korošec & Lebar Bajec print it",
+        keys: r#"
+pipes = "four"
+section = "fixed"
+drag = 0
+ramp_depth = 0
+ramp_start = 0
+slope = "central"
+rate_limit = 1000
+transport = "semi_lagrangian"
+creep = 0
+bank_diffusion = 0
+"#,
+    },
+];
+
+section! {
+    /// Thermal erosion: debris slides to lower neighbours past the angle of repose (Jákó & Tóth 2011; Korošec & Lebar
+    /// Bajec (20)–(22)).
+    struct Thermal {
+        /// What moves.
+        law: thermal::Law = choice([
+            ("excess", "half of the excess over the repose slope: no terraces", thermal::Law::Excess),
+            ("drop", "half of the whole drop (the paper)", thermal::Law::Drop),
+        ]),
+        /// Angle of repose on land (20).
+        repose: f32 = number(38.0, DEGREES, 1.0..=85.0).usual(30.0..=42.0),
+        /// Angle of repose under water.
+        repose_under_water: f32 = number(30.0, DEGREES, 1.0..=85.0),
+        /// Speed of sliding.
+        diffusivity: f32 = number(1.7, M2_PER_S, 0.0..=1000.0),
+        /// Runs every this many iterations of hydraulic erosion, and makes up for the others.
+        every: Option<u32> = optional(whole(4, 1..=10_000), "4, with hydraulic erosion"),
+        /// How long debris slides, in a world without hydraulic erosion.
+        duration: Option<f32> = optional(number(5000.0, S, 1.0..=1e6), "5000, without hydraulic erosion"),
+        /// Collapse of slopes that are too steep, before anything else.
+        settle: Option<thermal::Settle> = or_none(table::<thermal::Settle>()),
+    }
+}
+
+section! {
+    /// Slopes of the base terrain that are too steep collapse before erosion begins.
+    for thermal::Settle {
+        /// Angle of repose.
+        repose = number(40.0, DEGREES, 1.0..=85.0),
+        /// How far material slides.
+        length = number(60.0, M, 0.0..=10_000.0),
+    }
+}
+
+// Reef ---------------------------------------------------------------------------------------------------------------
+
+section! {
+    /// Coral reef: it grows where light and carbon reach, and keeps up with a rising sea (after Nakamura & Nakamori
+    /// 2007, 2011; Korošec & Lebar Bajec (24)–(30)).
+    for reef::Params {
+        /// Time step.
+        step = number(25.0, YEARS, 0.1..=1000.0).usual(10.0..=25.0),
+        /// History of the sea level, stage by stage: a rising sea parts the reef from the shore.
+        stages = list(table::<reef::Stage>(), 1..=64, "[{ duration = 36_000, rise = 108 }, { duration = 2500, rise = 0 }]"),
+        /// Growth at the surface in the open ocean, K_B (25). With rubble at least 5 times the rise per year, or the
+        /// reef drowns.
+        growth = number(0.016, M_PER_YEAR, 0.0..=1.0).usual(0.008..=0.02),
+        /// Decay of light with depth, K_A (25).
+        light_decay = number(0.06, PER_M, 0.0..=10.0).usual(0.03..=0.12),
+        /// Deepest growth, G (25).
+        max_depth = number(40.0, M, 1.0..=500.0).usual(30.0..=50.0),
+        /// Carbon used for each metre grown and metre of water, K_U (26).
+        uptake = number(0.15, NONE, 0.0..=10.0).usual(0.02..=0.3),
+        /// Diffusivity of carbon, D_O (27, 28).
+        diffusivity = number(8.0, M2_PER_YEAR, 0.0..=1000.0).usual(2.0..=40.0),
+        /// Carbon of the open ocean, O0.
+        ocean_carbon = number(1.0, NONE, 0.0..=10.0),
+        /// Water deeper than this is open ocean: feeds the outer rim, while the lagoon starves.
+        ocean_depth = number(60.0, M, 1.0..=10_000.0),
+        /// Growth stops this far below the surface (29).
+        keep = number(0.6, M, 0.0..=100.0),
+        /// Coral rubble that slides under water.
+        rubble = or_none(table::<reef::Rubble>()),
+    }
+}
+
+section! {
+    /// A stage of the sea's history.
+    for reef::Stage {
+        /// How long it takes.
+        duration = number(1000.0, YEARS, 0.0..=1e6),
+        /// How far the sea rises meanwhile (30); negative where it falls.
+        rise = number(0.0, M, -1000.0..=1000.0),
+    }
+}
+
+section! {
+    /// Coral rubble that slides under water, the crest included: keeps reef walls from standing upright.
+    for reef::Rubble {
+        /// Angle of repose.
+        repose = number(40.0, DEGREES, 1.0..=85.0).usual(30.0..=45.0),
+        /// Slides every this many steps of the reef …
+        every = whole(10, 1..=10_000),
+        /// … in this many passes.
+        passes = whole(2, 1..=1000),
+    }
+}
+
+// Sea and ground -----------------------------------------------------------------------------------------------------
+
+section! {
+    /// The sea: its level, and what its water does to light.
+    for scene::Sea {
+        /// Height of the surface above the datum at the start; a reef's stages move it.
+        level = number(210.0, M, -20_000.0..=20_000.0),
+        /// Attenuation along the line of sight, for red, green and blue (Korošec & Lebar Bajec (32), along the view
+        /// ray).
+        attenuation = numbers([0.35, 0.07, 0.05], PER_M, 0.0..=100.0),
+        /// Colour of water without a bottom.
+        deep_colour = colour("#06283d"),
+        /// How rough the surface is: standard deviation of its slope.
+        roughness = number(0.05, NONE, 0.0..=1.0),
+    }
+}
+
+section! {
+    /// How bare ground is coloured: materials, and where each lies.
+    for scene::Surface {
+        /// Grass.
+        grass = colour("#4f6a2a"),
+        /// Grass on high or steep ground: paler and yellower.
+        dry_grass = colour("#8b8a4b"),
+        /// Rock.
+        rock = colour("#6b6057"),
+        /// Sand.
+        sand = colour("#e3d3ab"),
+        /// Sea floor.
+        sea_floor = colour("#b9b08d"),
+        /// Living coral just below the surface.
+        reef = colour("#9a7f5f"),
+        /// Slope at which grass begins to give way to rock, and at which only rock is left.
+        rock_slope = numbers([34.0, 46.0], DEGREES, 0.0..=90.0),
+        /// Height above the sea at which grass begins to dry, and at which it is dry.
+        dry_height = numbers([250.0, 700.0], M, -20_000.0..=20_000.0),
+        /// How high above the sea beaches reach.
+        beach_height = number(4.0, M, 0.0..=1000.0),
+        /// Steepest beach.
+        beach_slope = number(12.0, DEGREES, 0.0..=90.0),
+        /// Size of the largest patches of colour.
+        patch_size = number(120.0, M, 0.01..=100_000.0),
+    }
+}
+
+// Light --------------------------------------------------------------------------------------------------------------
+
+#[derive(Clone, Debug)]
+pub enum Sky {
+    Preetham(Preetham),
+    Constant(Constant),
+    None,
+}
+
+section! {
+    /// The daylight of Preetham, Shirley & Smits 1999, with the coefficients of the authors' program (the printed
+    /// ones are rounded).
+    struct Preetham {
+        /// Haze: 2 is a clear day, 10 a hazy one. Below 1.7 the model turns negative.
+        turbidity: f32 = number(3.0, NONE, 1.7..=10.0).usual(2.0..=8.0),
+    }
+}
+
+section! {
+    /// The same light from everywhere.
+    struct Constant {
+        /// Red, green and blue.
+        radiance: [f32; 3] = numbers([4000.0, 5000.0, 7000.0], CD_PER_M2, 0.0..=1e9),
+    }
+}
+
+#[derive(Clone, Debug)]
+pub enum Sun {
+    Place(SunPlace),
+    Direct(SunDirect),
+    None,
+}
+
+section! {
+    /// The sun as it stands over a place on Earth; its strength follows from its height and the sky's turbidity.
+    struct SunPlace {
+        /// Latitude, north-positive.
+        latitude: f32 = number(-16.5, DEGREES, -90.0..=90.0),
+        /// Longitude, east-positive.
+        longitude: f32 = number(-151.7, DEGREES, -180.0..=360.0),
+        /// Hours that clocks are ahead of UTC; no summer time.
+        utc_offset: f32 = number(-10.0, HOURS, -12.0..=14.0),
+        /// Day of the year.
+        day: f32 = number(80.0, NONE, 0.0..=366.0),
+        /// Time of day on the clock.
+        time: f32 = number(9.5, HOURS, 0.0..=24.0),
+    }
+}
+
+section! {
+    /// A sun at a given place in the sky.
+    struct SunDirect {
+        /// Where it stands, clockwise from north.
+        azimuth: f32 = number(60.0, DEGREES, -360.0..=360.0),
+        /// How high it stands above the horizon.
+        elevation: f32 = number(45.0, DEGREES, 0.0..=90.0),
+        /// Illuminance on a plane that faces it: red, green and blue.
+        irradiance: [f32; 3] = numbers([100_000.0, 95_000.0, 88_000.0], LUX, 0.0..=1e9),
+        /// Angle under which its disc is seen.
+        diameter: f32 = number(0.53, DEGREES, 0.0..=90.0),
+    }
+}
+
+// Picture ------------------------------------------------------------------------------------------------------------
+
+section! {
+    /// Where the picture is seen from.
+    struct Camera {
+        /// Where the camera stands and looks.
+        view: View = one_of([tag("frame_island", View::FrameIsland), tag("look_at", View::LookAt)]),
+        /// Vertical field of view.
+        fov: f32 = number(40.0, DEGREES, 1.0..=170.0),
+    }
+}
+
+#[derive(Clone, Debug)]
+pub enum View {
+    FrameIsland(FrameIsland),
+    LookAt(LookAt),
+}
+
+section! {
+    /// Stands so that the land above the sea fills the picture.
+    struct FrameIsland {
+        /// Side of the island on which the camera stands, clockwise from north.
+        azimuth: f32 = number(150.0, DEGREES, -360.0..=360.0),
+        /// Angle at which it looks down.
+        elevation: f32 = number(25.0, DEGREES, 0.0..=90.0),
+        /// How far away it stands: 1 just shows all of the land.
+        distance: f32 = number(1.0, NONE, 0.01..=100.0),
+    }
+}
+
+section! {
+    /// Stands at a point and looks at another.
+    struct LookAt {
+        /// Where the camera stands: metres east, up and south of the middle of the terrain at the datum.
+        position: [f32; 3] = numbers([3000.0, 1500.0, 5000.0], M, -1e7..=1e7),
+        /// What it looks at.
+        target: [f32; 3] = numbers([0.0, 300.0, 0.0], M, -1e7..=1e7),
+    }
+}
+
+section! {
+    /// The picture itself.
+    struct Render {
+        /// Width and height in pixels.
+        size: [u32; 2] = wholes([1280, 720], 1..=16_384),
+        /// What radiance is multiplied by: 1 over the radiance that becomes white.
+        exposure: f32 = number(1e-4, M2_PER_CD, 1e-12..=1e12),
+        /// From radiance to the screen's colours, in PNG.
+        tone_map: scene::ToneMap = choice([
+            ("filmic", "keeps hues as they brighten", scene::ToneMap::Filmic),
+            ("none", "cut off at white", scene::ToneMap::None),
+        ]),
+        /// Aerial perspective: air that veils what is far.
+        aerial: bool = switch(true),
+    }
+}

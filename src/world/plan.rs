@@ -1,0 +1,390 @@
+//! From what is written to what the makers take: files are loaded, defaults that depend on other keys are filled in,
+//! and what can't go together is refused.
+
+use super::fault::{Cause, Complaint, Fault};
+use super::keys;
+use super::place::{KeyPath, shown};
+use crate::core::grid::Grid;
+use crate::core::hash::derive_seed;
+use crate::formats;
+use crate::scene;
+use crate::sky;
+use crate::terrain::layers::{Combine, Generator, Layer};
+use crate::terrain::{Boundary, Controls, Map, Plan, reef, thermal};
+use glam::{DVec3, Vec3};
+use std::path::Path;
+use std::sync::Arc;
+
+/// What the keys become, with what is remarkable about them.
+pub struct Planned {
+    pub plan: Plan,
+    pub light: scene::Light,
+    pub camera: scene::Camera,
+    pub film: scene::Film,
+    pub warnings: Vec<String>,
+}
+
+/// Checks what `world` says as a whole. Paths of files start from `folder`.
+///
+/// # Errors
+/// Everything that can't go together, and every file that can't be used.
+pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
+    let mut check = Check { folder, faults: Vec::new(), warnings: Vec::new() };
+    let terrain = &world.terrain;
+    let plan = Plan {
+        grid: Grid { cells: terrain.cells, extent: terrain.extent },
+        layers: check.layers(terrain, world.seed),
+        sea_level: world.sea.level,
+        boundary: world.erosion.as_ref().map_or(Boundary::Sea, |erosion| erosion.boundary),
+        controls: check.controls(&world.controls),
+        hydraulic: world.erosion.as_ref().and_then(|erosion| erosion.hydraulic),
+        thermal: check.thermal(world.erosion.as_ref()),
+        seabed_smoothing: world.erosion.as_ref().map_or(0.0, |erosion| erosion.seabed_smoothing),
+        reef: check.reef(world.reef.as_ref()),
+    };
+    check.surface(&world.surface);
+    let light = check.light(world);
+    let camera = check.camera(&world.camera);
+    let [width, height] = world.render.size;
+    let film =
+        scene::Film { width, height, exposure: world.render.exposure, tone_map: world.render.tone_map };
+    let Check { faults, warnings, .. } = check;
+    if faults.is_empty() { Ok(Planned { plan, light, camera, film, warnings }) } else { Err(faults) }
+}
+
+struct Check<'a> {
+    folder: &'a Path,
+    faults: Vec<Fault>,
+    warnings: Vec<String>,
+}
+
+impl Check<'_> {
+    fn layers(&mut self, terrain: &keys::Terrain, seed: u32) -> Vec<Layer> {
+        // The height that a later `combine = "power"` leaves as it is.
+        let mut cone_height = None;
+        let mut layers = Vec::new();
+        for (index, layer) in terrain.layers.iter().enumerate() {
+            let place = KeyPath::from("terrain.layers").join(index);
+            let own_seed = |own: Option<u32>| own.unwrap_or_else(|| derive_seed(seed, &place.to_string()));
+            let (place, generator, combine, reference) = match layer {
+                keys::Layer::Crater(keys::Crater { level }) => {
+                    if index == 0 {
+                        self.refuse(
+                            &[place],
+                            Complaint::new("is a crater with nothing to sink into", NO_FIRST),
+                        );
+                    }
+                    layers.push(Layer::Crater { level: *level });
+                    continue;
+                }
+                keys::Layer::Cone(cone) => {
+                    let place = place.join("cone");
+                    self.cone(cone, terrain.extent, &place);
+                    let &keys::Cone { height, radius, exponent, center, combine, reference } = cone;
+                    (place, Some(Generator::Cone { height, radius, exponent, center }), combine, reference)
+                }
+                keys::Layer::Simplex(simplex) => {
+                    let &keys::Simplex { wavelength, octaves, warp, combine, reference, .. } = simplex;
+                    let plain = matches!(combine, keys::Combine::Power | keys::Combine::Multiply);
+                    let amplitude = simplex.amplitude.unwrap_or(if plain { 0.2 } else { 20.0 });
+                    let one = if combine == keys::Combine::Multiply { 1.0 } else { 0.0 };
+                    let (offset, seed) = (simplex.offset.unwrap_or(one), own_seed(simplex.seed));
+                    let generator = Generator::Simplex { amplitude, offset, wavelength, octaves, warp, seed };
+                    (place.join("simplex"), Some(generator), combine, reference)
+                }
+                keys::Layer::DiamondSquare(square) => {
+                    let &keys::DiamondSquare {
+                        n, init_height, spread, reduction, combine, reference, ..
+                    } = square;
+                    let seed = own_seed(square.seed);
+                    let generator = Generator::DiamondSquare { n, init_height, spread, reduction, seed };
+                    (place.join("diamond_square"), Some(generator), combine, reference)
+                }
+                keys::Layer::Heightmap(heightmap) => {
+                    let place = place.join("heightmap");
+                    let map = self.heightmap(heightmap, &place);
+                    let generator = map.map(|map| Generator::Heightmap { map: Arc::new(map) });
+                    (place, generator, heightmap.combine, heightmap.reference)
+                }
+            };
+            let combine = self.combine(combine, reference, cone_height, index, &place);
+            if let keys::Layer::Cone(cone) = layer {
+                cone_height = Some(cone.height);
+            }
+            layers.extend(generator.map(|generator| Layer::Generate { generator, combine }));
+        }
+        layers
+    }
+
+    fn cone(&mut self, cone: &keys::Cone, extent: f32, place: &KeyPath) {
+        if cone.radius > extent {
+            let label = format!("allowed: up to the terrain's extent, {extent} m");
+            let paths = [place.join("radius"), "terrain.extent".into()];
+            self.refuse(&paths, Complaint::new("is wider than the terrain", label));
+        }
+        if cone.center.iter().any(|along| along.abs() > extent / 2.0) {
+            let label = format!("allowed: up to {} m from the middle, half of the extent", extent / 2.0);
+            let paths = [place.join("center"), "terrain.extent".into()];
+            self.refuse(&paths, Complaint::new("lies outside the terrain", label));
+        }
+    }
+
+    fn combine(
+        &mut self,
+        combine: keys::Combine,
+        reference: Option<f32>,
+        cone_height: Option<f32>,
+        index: usize,
+        place: &KeyPath,
+    ) -> Combine {
+        if index == 0 && !matches!(combine, keys::Combine::Add | keys::Combine::Max) {
+            self.refuse(&[place.join("combine")], Complaint::new("has nothing to combine with", NO_FIRST));
+        }
+        if reference.is_some() && combine != keys::Combine::Power {
+            let complaint = Complaint::new("has no use here", "goes with `combine = \"power\"`").about_key();
+            self.refuse(&[place.join("reference")], complaint);
+        }
+        match combine {
+            keys::Combine::Add => Combine::Add,
+            keys::Combine::Multiply => Combine::Multiply,
+            keys::Combine::Max => Combine::Max,
+            keys::Combine::Min => Combine::Min,
+            keys::Combine::Power => {
+                let reference = reference.or(cone_height).unwrap_or_else(|| {
+                    if index > 0 {
+                        let complaint =
+                            Complaint::new("is missing", "no cone before this layer gives the height")
+                                .help("`reference` is the height in metres that the power leaves as it is");
+                        self.refuse(&[place.join("reference"), place.join("combine")], complaint);
+                    }
+                    1.0
+                });
+                Combine::Power { reference }
+            }
+        }
+    }
+
+    fn heightmap(&mut self, heightmap: &keys::Heightmap, place: &KeyPath) -> Option<Map> {
+        let (min, max, file) = (place.join("min"), place.join("max"), place.join("file"));
+        let range = match (heightmap.min, heightmap.max) {
+            (Some(least), Some(most)) if least < most => Some([least, most]),
+            (None, None) => None,
+            (Some(_), Some(_)) => {
+                self.refuse(
+                    &[max, min],
+                    Complaint::new("must be above `min`", "heights rise from `min` to `max`"),
+                );
+                return None;
+            }
+            (least, _) => {
+                let (missing, other) = if least.is_none() { (min, max) } else { (max, min) };
+                self.refuse(
+                    &[missing, other],
+                    Complaint::new("is missing", "give both `min` and `max`").about_key(),
+                );
+                return None;
+            }
+        };
+        let Some(path) = &heightmap.file else {
+            self.refuse(
+                &[file],
+                Complaint::new("is missing", "a heightmap needs the path of a PNG or EXR").about_key(),
+            );
+            return None;
+        };
+        self.map(path, &file, |map| map.into_metres(range))
+    }
+
+    fn controls(&mut self, controls: &keys::Controls) -> Controls {
+        let mut map = |path: &Option<String>, name: &str| {
+            let place = KeyPath::from("controls").join(name);
+            let map = self.map(path.as_ref()?, &place, Ok)?;
+            if map.values.iter().any(|value| *value < 0.0) {
+                self.refuse(&[place], Complaint::new("holds values below 0", "a map of factors, from 0 up"));
+            }
+            Some(Arc::new(map))
+        };
+        Controls {
+            rain: map(&controls.rain, "rain"),
+            erodibility: map(&controls.erodibility, "erodibility"),
+            mask: map(&controls.mask, "mask"),
+        }
+    }
+
+    fn map(
+        &mut self,
+        path: &str,
+        place: &KeyPath,
+        scale: impl FnOnce(formats::Map) -> Result<formats::Map, formats::Error>,
+    ) -> Option<Map> {
+        match formats::read_map(&self.folder.join(path)).and_then(scale) {
+            Ok(formats::Map { width, height, values, .. }) => Some(Map { width, height, values }),
+            Err(error) => {
+                let cause = match error {
+                    formats::Error::NoRange { .. } | formats::Error::Unsuitable { .. } => Cause::World,
+                    _ => Cause::File,
+                };
+                let complaint = Complaint::new(format!("names \"{}\"", shown(path)), error.to_string());
+                self.refuse(std::slice::from_ref(place), Complaint { cause, ..complaint });
+                None
+            }
+        }
+    }
+
+    fn thermal(&mut self, erosion: Option<&keys::Erosion>) -> Option<thermal::Params> {
+        let erosion = erosion?;
+        let thermal = erosion.thermal.as_ref()?;
+        let refuse = |key: &str, label: &str| {
+            let place = KeyPath::from("erosion.thermal").join(key);
+            (place, Complaint::new("has no use here", label).about_key())
+        };
+        let useless = match (&erosion.hydraulic, thermal.every, thermal.duration) {
+            (None, Some(_), _) => {
+                Some(refuse("every", "counts iterations of hydraulic erosion, and there is none"))
+            }
+            (Some(_), _, Some(_)) => Some(refuse("duration", "hydraulic erosion says how long")),
+            _ => None,
+        };
+        if let Some((place, complaint)) = useless {
+            self.refuse(&[place, "erosion.hydraulic".into()], complaint);
+        }
+        let &keys::Thermal { law, repose, repose_under_water, diffusivity, settle, .. } = thermal;
+        let every = thermal.every.unwrap_or(4);
+        let duration = thermal.duration.unwrap_or(5000.0);
+        Some(thermal::Params { law, repose, repose_under_water, diffusivity, every, duration, settle })
+    }
+
+    fn reef(&mut self, reef: Option<&reef::Params>) -> Option<reef::Params> {
+        /// A history that takes longer than a day even on a fast device.
+        const MOST_STEPS: f64 = 1e7;
+
+        let reef = reef?;
+        if reef.ocean_depth < reef.max_depth {
+            let label = format!("allowed: `max_depth`, {} m, and more", reef.max_depth);
+            let complaint = Complaint::new("must not be less than `reef.max_depth`", label)
+                .help("coral would grow in the open ocean, where its carbon never runs out");
+            self.refuse(&["reef.ocean_depth".into(), "reef.max_depth".into()], complaint);
+        }
+        if reef.keep >= reef.max_depth {
+            let label = format!("allowed: less than `max_depth`, {} m", reef.max_depth);
+            let complaint = Complaint::new("leaves no depth to grow in", label);
+            self.refuse(&["reef.keep".into(), "reef.max_depth".into()], complaint);
+        }
+        let years: f64 = reef.stages.iter().map(|stage| f64::from(stage.duration)).sum();
+        if years / f64::from(reef.step) > MOST_STEPS {
+            let complaint =
+                Complaint::new("is too short for so long a history", "more than ten million steps");
+            self.refuse(&["reef.step".into(), "reef.stages".into()], complaint);
+        }
+        self.warn_of_drowning(reef);
+        Some(reef.clone())
+    }
+
+    fn warn_of_drowning(&mut self, reef: &reef::Params) {
+        let speeds =
+            reef.stages.iter().filter(|stage| stage.duration > 0.0).map(|stage| stage.rise / stage.duration);
+        let fastest = speeds.fold(0.0, f32::max);
+        let least = if reef.rubble.is_some() { 4.0 } else { 3.5 };
+        if reef.growth < least * fastest {
+            self.warnings.push(format!(
+                "the sea rises by {fastest} m/yr and the reef may drown: give `reef.growth` at least {}",
+                least * fastest
+            ));
+        }
+    }
+
+    fn surface(&mut self, surface: &scene::Surface) {
+        for (name, [begin, end]) in [("rock_slope", surface.rock_slope), ("dry_height", surface.dry_height)] {
+            if begin >= end {
+                let place = KeyPath::from("surface").join(name);
+                self.refuse(&[place], Complaint::new("must rise", "the first number below the second"));
+            }
+        }
+    }
+
+    fn light(&mut self, world: &keys::World) -> scene::Light {
+        let turbidity = match &world.sky {
+            keys::Sky::Preetham(preetham) => preetham.turbidity,
+            // Only the sun's strength asks for it: a clear day.
+            _ => 3.0,
+        };
+        let turbidity = f64::from(turbidity);
+        let (direction, sun) = match &world.sun {
+            keys::Sun::None => (DVec3::Y, None),
+            keys::Sun::Place(place) => self.sun_of_place(place, turbidity),
+            keys::Sun::Direct(sun) => {
+                let zenith = std::f64::consts::FRAC_PI_2 - f64::from(sun.elevation);
+                let direction = sky::sun::Position { zenith, azimuth: sun.azimuth.into() }.direction();
+                let &keys::SunDirect { irradiance, diameter, .. } = sun;
+                (direction, Some(scene::Sun { direction: direction.as_vec3(), irradiance, diameter }))
+            }
+        };
+        let sky = match &world.sky {
+            keys::Sky::None => scene::Sky::None,
+            keys::Sky::Constant(constant) => scene::Sky::Constant { radiance: constant.radiance },
+            keys::Sky::Preetham(_) => {
+                self.warn_of_sky(turbidity, direction);
+                sky::preetham::sky(turbidity, direction)
+            }
+        };
+        scene::Light { sky, sun, air: world.render.aerial.then(|| sky::air::air(turbidity)) }
+    }
+
+    fn sun_of_place(&mut self, place: &keys::SunPlace, turbidity: f64) -> (DVec3, Option<scene::Sun>) {
+        let position = sky::sun::Position::at(&sky::sun::Place {
+            latitude: place.latitude.into(),
+            longitude: place.longitude.into(),
+            utc_offset: place.utc_offset.into(),
+            day: place.day.into(),
+            time: place.time.into(),
+        });
+        let sun = sky::sun::sun(position, turbidity);
+        if sun.is_none() {
+            let below = position.zenith.to_degrees() - 90.0;
+            self.warnings.push(format!(
+                "the sun stands {below:.1} degrees below the horizon: there is no sun, and the sky has the light of sunset; \
+                 change `sun.place.time` or `sun.place.utc_offset`"
+            ));
+        }
+        (position.direction(), sun)
+    }
+
+    fn warn_of_sky(&mut self, turbidity: f64, sun: DVec3) {
+        if !(2.0..=8.0).contains(&turbidity) {
+            self.warnings.push(format!(
+                "`sky.preetham.turbidity` is {turbidity}; the model is good from 2 to 8, and wrong near the horizon elsewhere"
+            ));
+        }
+        let elevation = 90.0 - sun.y.clamp(-1.0, 1.0).acos().to_degrees();
+        if (0.0..3.0).contains(&elevation) {
+            self.warnings.push(format!(
+                "the sun stands {elevation:.1} degrees high; below 3 the sky of Preetham 1999 is too bright"
+            ));
+        }
+    }
+
+    fn camera(&mut self, camera: &keys::Camera) -> scene::Camera {
+        let view = match &camera.view {
+            keys::View::FrameIsland(frame) => {
+                let &keys::FrameIsland { azimuth, elevation, distance } = frame;
+                scene::View::FrameIsland { azimuth, elevation, distance }
+            }
+            keys::View::LookAt(keys::LookAt { position, target }) => {
+                if position == target {
+                    let place = KeyPath::from("camera.view.look_at");
+                    let complaint =
+                        Complaint::new("is where the camera stands", "another point than `position`");
+                    self.refuse(&[place.join("target"), place.join("position")], complaint);
+                }
+                scene::View::LookAt { position: Vec3::from(*position), target: Vec3::from(*target) }
+            }
+        };
+        scene::Camera { view, fov: camera.fov }
+    }
+
+    fn refuse(&mut self, paths: &[KeyPath], complaint: Complaint) {
+        self.faults.push(Fault { paths: paths.to_vec(), complaint });
+    }
+}
+
+const NO_FIRST: &str = "the first layer starts from level ground";

@@ -1,0 +1,136 @@
+//! The reference page of world files, written from the keys' declarations.
+
+use super::schema::{Alternative, Key, Shape, Table, digits};
+use std::fmt::Write;
+
+/// The whole reference as Markdown: `docs/worlds.md`.
+pub fn reference() -> String {
+    let mut page = String::from(INTRODUCTION);
+    section(&mut page, "", &super::shape());
+    page
+}
+
+const INTRODUCTION: &str = r##"# World files
+
+One TOML file describes one world. The shortest is `format = 1`: an island with everything at its default. The worlds in
+`configs/` are there to be copied.
+
+- What a file does not say has its default. `"none"` switches off what can be switched off: `reef = "none"`.
+- Choices are tables with one key that says which: `sky = { preetham = { turbidity = 3 } }`.
+- Metres, seconds and degrees unless a unit is given. x grows east, y up, z south, from the middle of the terrain.
+- Colours are `"#rrggbb"` (sRGB) or `[red, green, blue]` (linear Rec.709, 0 to 1).
+- Files are named from the folder of the world file.
+- `--set section.key=value` changes any key for one run: `--set terrain.cells=256 --set sun.place.time=17
+  --set terrain.layers.0.cone.height=900 --set reef=none`. Elements of arrays go by number, from 0.
+- *Allowed* is what is accepted; *usual* is what was tried and gives good islands. `s⁻¹` is "per second".
+
+This page is written by the program from the same table that reads the files.
+"##;
+
+/// A table and those inside it, each under its own heading.
+fn section(page: &mut String, path: &str, table: &Table) {
+    let heading = if path.is_empty() { "The file".into() } else { format!("`{path}`") };
+    // Writing to a string can't fail.
+    let _ = write!(page, "\n## {heading}\n\n{}\n", paragraph(table.about));
+    for preset in table.presets {
+        let _ = write!(page, "\n`preset = \"{}\"`: {}.", preset.name, preset.about);
+        if !preset.keys.is_empty() {
+            let _ = write!(page, "\n\n```toml\n{}\n```\n", preset.keys.trim());
+        }
+    }
+    page.push_str("\n| key | default | unit | allowed | usual | meaning |\n|---|---|---|---|---|---|\n");
+    for key in &table.keys {
+        page.push_str(&row(key));
+    }
+    for Key { name, shape, .. } in &table.keys {
+        let path = if path.is_empty() { name.to_string() } else { format!("{path}.{name}") };
+        inner(page, &path, shape);
+    }
+}
+
+fn inner(page: &mut String, path: &str, shape: &Shape) {
+    match shape {
+        Shape::Table(table) => section(page, path, table),
+        Shape::OrNone(shape) => inner(page, path, shape),
+        Shape::List { element, .. } => inner(page, &format!("{path}.N"), element),
+        Shape::OneOf(alternatives) => {
+            for Alternative { name, table, .. } in alternatives {
+                if let Some(table) = table {
+                    section(page, &format!("{path}.{name}"), table);
+                }
+            }
+        }
+        _ => {}
+    }
+}
+
+fn row(Key { name, about, default, shape }: &Key) -> String {
+    let default =
+        if default.parse::<toml_edit::Value>().is_ok() { code(&paragraph(default)) } else { default.clone() };
+    let (unit, usual) = match shape.number() {
+        Some((unit, usual)) => {
+            (unit.symbol, usual.map(|[least, most]| span(least, most)).unwrap_or_default())
+        }
+        None => ("", String::new()),
+    };
+    let (allowed, meaning) = (cell(&allowed(shape)), cell(&paragraph(about)));
+    format!("| `{name}` | {default} | {unit} | {allowed} | {usual} | {meaning}{} |\n", words(shape))
+}
+
+/// What may be written, for the column of that name.
+fn allowed(shape: &Shape) -> String {
+    match shape {
+        Shape::Number { range: [least, most], .. } => span(*least, *most),
+        Shape::Whole { range: [least, most] } if least == most => least.to_string(),
+        Shape::Whole { range: [least, most] } => format!("{least} … {most}, whole"),
+        Shape::Switch => "`true`, `false`".into(),
+        Shape::Colour => "a colour".into(),
+        Shape::File => "a path".into(),
+        Shape::Choice(_) => "a word".into(),
+        Shape::Array(elements) => match elements.first() {
+            Some(element) => format!("{} × {}", elements.len(), allowed(element)),
+            None => "an empty array".into(),
+        },
+        Shape::List { len: [least, most], .. } => format!("{least} … {most} elements"),
+        Shape::Table(_) => "a table".into(),
+        Shape::OneOf(alternatives) => {
+            let available = alternatives.iter().filter(|alternative| alternative.available);
+            available.map(|alternative| code(&alternative.written())).collect::<Vec<_>>().join(", ")
+        }
+        Shape::OrNone(shape) => format!("{}, or `\"none\"`", allowed(shape)),
+    }
+}
+
+fn span(least: f64, most: f64) -> String {
+    format!("{} … {}", digits(least), digits(most))
+}
+
+/// The words of a choice with their meanings, and what later versions will take.
+fn words(shape: &Shape) -> String {
+    match shape {
+        Shape::Choice(words) => {
+            words.iter().map(|[word, about]| format!("<br>`\"{word}\"`: {}", cell(about))).collect()
+        }
+        Shape::OneOf(alternatives) => {
+            let later = alternatives.iter().filter(|alternative| !alternative.available);
+            later
+                .map(|other| format!("<br>`{}`: {} Not in this version.", other.name, other.about.trim()))
+                .collect()
+        }
+        _ => String::new(),
+    }
+}
+
+/// The lines of a doc comment as one paragraph.
+fn paragraph(about: &str) -> String {
+    about.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn code(text: &str) -> String {
+    format!("`{text}`")
+}
+
+/// Text that may stand in a cell of a table.
+fn cell(text: &str) -> String {
+    text.replace('|', "\\|")
+}

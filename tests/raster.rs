@@ -1,0 +1,445 @@
+//! The picture: geometry without cracks, closed forms of light, sameness, and a golden picture.
+
+mod kit;
+
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
+use terrane::core::camera::Pinhole;
+use terrane::core::color::filmic;
+use terrane::core::grid::Grid;
+use terrane::gpu::{Gpu, Image, Recorder, format::R32f};
+use terrane::raster::{Picture, Quality, Renderer};
+use terrane::scene::{
+    Air, AirLayer, Camera, Film, Ground, Light, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
+};
+use terrane::sky::{air, preetham, sun};
+
+const SAND: [f32; 3] = [0.5, 0.4, 0.3];
+const ONE_SAMPLE: Quality = Quality { samples: 1, tile: 512 };
+
+/// Ground from a function of world x and z, in a world whose materials have no texture and whose sea is far below:
+/// dry sand everywhere.
+fn sandbox(gpu: &Gpu, grid: Grid, height: impl Fn(f32, f32) -> f32) -> Scene {
+    let mut heights = Vec::with_capacity(grid.samples());
+    for row in 0..grid.cells {
+        heights.extend((0..grid.cells).map(|column| {
+            let [x, z] = grid.position(column, row);
+            height(x, z)
+        }));
+    }
+    let zeros = vec![0.0; grid.samples()];
+    Scene {
+        ground: Ground {
+            grid,
+            height: upload(gpu, "height", grid, &heights),
+            water: upload(gpu, "water", grid, &zeros),
+            wetness: upload(gpu, "wetness", grid, &zeros),
+            reef: upload(gpu, "reef", grid, &zeros),
+            sea_level: -1e5,
+        },
+        light: Light { sky: Sky::None, sun: None, air: None },
+        sea: Sea { level: -1e5, attenuation: [0.3, 0.06, 0.03], deep_colour: [0.0; 3], roughness: 0.0 },
+        surface: Surface {
+            grass: [0.1, 0.15, 0.03],
+            dry_grass: [0.25, 0.25, 0.1],
+            rock: [0.13, 0.11, 0.1],
+            sand: SAND,
+            sea_floor: SAND,
+            reef: [0.2, 0.15, 0.1],
+            rock_slope: [1.5, 1.55],
+            dry_height: [500.0, 900.0],
+            beach_height: 1e7,
+            beach_slope: 10.0,
+            // Far below what any sample resolves.
+            patch_size: 1e-4,
+        },
+        camera: Camera { view: straight_down(1000.0), fov: 0.2 },
+    }
+}
+
+fn straight_down(height: f32) -> View {
+    View::LookAt { position: Vec3::new(0.0, height, 0.0), target: Vec3::ZERO }
+}
+
+fn upload(gpu: &Gpu, name: &str, grid: Grid, values: &[f32]) -> Image<R32f> {
+    let image = Image::new(gpu, name, [grid.cells; 2]).expect("an image");
+    let mut rec = Recorder::new(gpu);
+    rec.upload(&image, values);
+    rec.submit().expect("submitted").wait().expect("finished");
+    image
+}
+
+fn download(gpu: &Gpu, image: &Image<R32f>) -> Vec<f32> {
+    let mut rec = Recorder::new(gpu);
+    let download = rec.download(image);
+    download.take(&rec.submit().expect("submitted").wait().expect("finished"))
+}
+
+fn film(width: u32, height: u32) -> Film {
+    Film { width, height, exposure: 1.0, tone_map: ToneMap::None }
+}
+
+fn render(gpu: &Gpu, scene: &Scene, width: u32, height: u32) -> Picture {
+    let renderer = Renderer::new(gpu).expect("a renderer");
+    renderer.render_with(scene, &film(width, height), ONE_SAMPLE).expect("a picture")
+}
+
+/// The island of the kit in the light of an afternoon.
+fn island(gpu: &Gpu, cells: u32) -> Scene {
+    let grid = Grid { cells, extent: 8000.0 };
+    let island = kit::island::island(grid);
+    let position = sun::Position { zenith: 45f64.to_radians(), azimuth: 250f64.to_radians() };
+    let mut scene = sandbox(gpu, grid, |_, _| 0.0);
+    scene.ground.height = upload(gpu, "height", grid, &island.height);
+    scene.ground.wetness = upload(gpu, "wetness", grid, &island.wetness);
+    scene.ground.reef = upload(gpu, "reef", grid, &island.reef);
+    scene.ground.sea_level = 0.0;
+    scene.light = Light {
+        sky: preetham::sky(2.2, position.direction()),
+        sun: sun::sun(position, 2.2),
+        air: Some(air::air(1.3)),
+    };
+    scene.sea.deep_colour = [0.003, 0.018, 0.05];
+    scene.sea.roughness = 0.12;
+    scene.surface.rock_slope = [0.66, 0.87];
+    scene.surface.beach_height = 4.0;
+    scene.surface.beach_slope = 0.25;
+    scene.surface.patch_size = 450.0;
+    let view =
+        View::FrameIsland { azimuth: 170f32.to_radians(), elevation: 14f32.to_radians(), distance: 1.1 };
+    scene.camera = Camera { view, fov: 35f32.to_radians() };
+    scene
+}
+
+fn sun_at(elevation: f64, irradiance: f32) -> Sun {
+    let position = sun::Position { zenith: PI / 2.0 - elevation, azimuth: 270f64.to_radians() };
+    let direction = position.direction().as_vec3();
+    Sun { direction, irradiance: [irradiance; 3], diameter: sun::DIAMETER as f32 }
+}
+
+fn middle(picture: &Picture) -> [f32; 3] {
+    picture.pixels[((picture.height / 2) * picture.width + picture.width / 2) as usize]
+}
+
+#[track_caller]
+fn assert_near(found: [f32; 3], expected: [f64; 3], tolerance: f64) {
+    let largest = expected.iter().fold(0.0f64, |most, channel| most.max(channel.abs()));
+    for (found, channel) in found.iter().zip(expected) {
+        assert!(
+            (f64::from(*found) - channel).abs() <= tolerance * largest,
+            "found {found}, expected {channel} of {expected:?}"
+        );
+    }
+}
+
+#[test]
+fn ground_has_no_cracks() {
+    // In a column of the picture whatever lies below ground is ground, as long as the ground fills the lower rim:
+    // any ray below one that hits a heightfield hits it too. A crack would show what lies behind.
+    let gpu = kit::gpu();
+    let mut scene = island(&gpu, 256);
+    scene.ground.sea_level = -1e5;
+    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let (width, height) = (640, 360);
+    for (position, target) in [
+        (Vec3::new(600.0, 700.0, 2600.0), Vec3::new(0.0, 500.0, 0.0)),
+        (Vec3::new(-1900.0, 1500.0, -900.0), Vec3::new(0.0, 100.0, 0.0)),
+        (Vec3::new(0.0, 1700.0, 30.0), Vec3::new(200.0, 0.0, 900.0)),
+    ] {
+        scene.camera = Camera { view: View::LookAt { position, target }, fov: 1.0 };
+        let range = renderer.ground_range(&scene, &film(width, height), ONE_SAMPLE).expect("ranges");
+        let mut covered = 0;
+        for column in 0..width as usize {
+            let mut above_ground = true;
+            for row in 0..height as usize {
+                let ground = range[row * width as usize + column] > 0.0;
+                assert!(ground || above_ground, "a crack at column {column}, row {row} from {position}");
+                above_ground &= !ground;
+                covered += u32::from(ground);
+            }
+        }
+        assert!(covered > width * height / 3, "the view shows ground");
+    }
+}
+
+#[test]
+fn ground_lies_where_the_heightfield_is() {
+    let gpu = kit::gpu();
+    let grid = Grid { cells: 129, extent: 4000.0 };
+    let mut scene = sandbox(&gpu, grid, |x, z| 0.2 * x - 0.3 * z);
+    let (eye, target) = (Vec3::new(200.0, 900.0, 700.0), Vec3::new(0.0, 0.0, 0.0));
+    scene.camera = Camera { view: View::LookAt { position: eye, target }, fov: 0.8 };
+    let (width, height) = (160, 90);
+    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let range = renderer.ground_range(&scene, &film(width, height), ONE_SAMPLE).expect("ranges");
+    let camera = Pinhole::look_at(eye, target, 0.8, width as f32 / height as f32);
+    let normal = DVec3::new(-0.2, 1.0, 0.3);
+    for row in 0..height {
+        for column in 0..width {
+            let ray = precise_ray(&camera, [column, row], [width, height]);
+            let expected = -normal.dot(eye.as_dvec3()) / normal.dot(ray);
+            let found = f64::from(range[(row * width + column) as usize]);
+            assert!((found - expected).abs() < 1e-4 * expected, "{found} m in place of {expected} m");
+        }
+    }
+}
+
+/// The ray through a sample's centre, in f64.
+fn precise_ray(camera: &Pinhole, at: [u32; 2], size: [u32; 2]) -> DVec3 {
+    let screen = |axis: usize| 2.0 * (f64::from(at[axis]) + 0.5) / f64::from(size[axis]) - 1.0;
+    let across = camera.right.as_dvec3() * screen(0) * f64::from(camera.tangent[0]);
+    let upward = camera.up.as_dvec3() * -screen(1) * f64::from(camera.tangent[1]);
+    (camera.forward.as_dvec3() + across + upward).normalize()
+}
+
+#[test]
+fn tiles_make_the_same_picture() {
+    let gpu = kit::gpu();
+    let scene = island(&gpu, 128);
+    let film = Film { exposure: 6e-5, ..film(200, 120) };
+    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let draw = |tile| renderer.render_with(&scene, &film, Quality { samples: 2, tile }).expect("a picture");
+    let (whole, tiled) = (draw(512), draw(56));
+    // A tile rounds its vertices by itself, so an edge may move by a hair: a few pixels on outlines, by little.
+    let differs =
+        |(a, b): (&[f32; 3], &[f32; 3])| (0..3).any(|channel| (a[channel] - b[channel]).abs() > 2e-3);
+    let different = whole.pixels.iter().zip(&tiled.pixels).filter(|pair| differs(*pair)).count();
+    assert!(different <= whole.pixels.len() / 1000, "{different} pixels differ");
+}
+
+#[test]
+fn two_runs_are_the_same_bits() {
+    let gpu = kit::gpu();
+    let scene = island(&gpu, 128);
+    let draw = || Renderer::new(&gpu).expect("a renderer").render(&scene, &film(160, 90)).expect("a picture");
+    assert_eq!(draw(), draw());
+}
+
+#[test]
+fn sun_on_a_tilted_plane_obeys_lambert() {
+    let gpu = kit::gpu();
+    let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 1000.0 }, |x, z| 0.3 * x + 0.1 * z);
+    let sun = sun_at(0.9, 80_000.0);
+    scene.light.sun = Some(sun);
+    let picture = render(&gpu, &scene, 33, 33);
+    let cosine = DVec3::new(-0.3, 1.0, -0.1).normalize().dot(sun.direction.as_dvec3());
+    assert_near(middle(&picture), SAND.map(|albedo| f64::from(albedo) / PI * 80_000.0 * cosine), 1e-4);
+}
+
+#[test]
+fn constant_sky_fills_and_lights_the_picture() {
+    let gpu = kit::gpu();
+    let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 1000.0 }, |_, _| 0.0);
+    let radiance = [3000.0, 5000.0, 8000.0];
+    scene.light.sky = Sky::Constant { radiance };
+    // A plane under the whole dome receives π L and sends out albedo · L.
+    let expected: [f64; 3] = std::array::from_fn(|i| f64::from(SAND[i] * radiance[i]));
+    assert_near(middle(&render(&gpu, &scene, 33, 33)), expected, 1e-4);
+    let view = View::LookAt { position: Vec3::new(0.0, 10.0, 0.0), target: Vec3::new(0.0, 20.0, -5.0) };
+    scene.camera = Camera { view, fov: 1.0 };
+    assert!(render(&gpu, &scene, 33, 33).pixels.iter().all(|pixel| *pixel == radiance));
+}
+
+#[test]
+fn preetham_sky_agrees_with_double_precision() {
+    let gpu = kit::gpu();
+    let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 1000.0 }, |_, _| 0.0);
+    let (eye, target) = (Vec3::new(0.0, 10.0, 0.0), Vec3::new(-10.0, 16.0, 0.0));
+    scene.camera = Camera { view: View::LookAt { position: eye, target }, fov: 0.9 };
+    let size = [160, 90];
+    let camera = Pinhole::look_at(eye, target, 0.9, 160.0 / 90.0);
+    for turbidity in [2.0, 3.0, 6.0] {
+        // In the picture, and without a disc.
+        let sun = sun_at(0.6, 0.0);
+        scene.light.sky = preetham::sky(turbidity, sun.direction.as_dvec3());
+        let perez = preetham::perez(turbidity, sun.direction.as_dvec3());
+        let picture = render(&gpu, &scene, size[0], size[1]);
+        for row in 0..size[1] {
+            for column in 0..size[0] {
+                let ray = precise_ray(&camera, [column, row], size);
+                if ray.y > 0.01 {
+                    let found = picture.pixels[(row * size[0] + column) as usize];
+                    assert_near(found, perez.radiance(ray), 2e-5);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn flat_bottom_obeys_beer_and_lambert() {
+    let gpu = kit::gpu();
+    let elevation = 1.0;
+    for depth in [6.0, 10.0, 25.0] {
+        let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 4000.0 }, |_, _| -depth);
+        scene.ground.sea_level = 0.0;
+        scene.light.sun = Some(sun_at(elevation, 90_000.0));
+        let picture = render(&gpu, &scene, 33, 33);
+        let index = 1.34f64;
+        let normal = ((index - 1.0) / (index + 1.0)).powi(2);
+        let schlick = |cosine: f64| normal + (1.0 - normal) * (1.0 - cosine).powi(5);
+        let sine = elevation.cos() / index;
+        let cosine = (1.0 - sine * sine).sqrt();
+        let expected: [f64; 3] = std::array::from_fn(|channel| {
+            let attenuation = f64::from(scene.sea.attenuation[channel]);
+            let (albedo, depth) = (f64::from(SAND[channel]), f64::from(depth));
+            let arriving =
+                90_000.0 * (1.0 - schlick(elevation.sin())) * cosine * (-attenuation * depth / cosine).exp();
+            let bottom = albedo / PI * arriving / (1.0 - 0.48 * albedo * (-2.4 * attenuation * depth).exp());
+            (1.0 - normal) * bottom * (-attenuation * depth).exp() / (index * index)
+        });
+        assert_near(middle(&picture), expected, 2e-3);
+    }
+}
+
+#[test]
+fn air_veils_what_is_far() {
+    let gpu = kit::gpu();
+    let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 4000.0 }, |_, _| 0.0);
+    scene.surface.sand = [0.0; 3];
+    scene.light.sky = Sky::Constant { radiance: [1000.0; 3] };
+    let layer = |extinction: [f32; 3], scale_height| AirLayer { extinction, scale_height };
+    scene.light.air =
+        Some(Air { molecules: layer([1e-4, 2e-4, 4e-4], 8000.0), haze: layer([3e-4; 3], 1200.0) });
+    // Black ground straight below: what is seen is the air's light alone.
+    let column = |scale: f64| scale * (1.0 - (-1000.0 / scale).exp());
+    let expected = [1e-4, 2e-4, 4e-4]
+        .map(|molecules| 1000.0 * (1.0 - (-(molecules * column(8000.0) + 3e-4 * column(1200.0))).exp()));
+    assert_near(middle(&render(&gpu, &scene, 33, 33)), expected, 1e-4);
+    scene.light.air = None;
+    assert_eq!(middle(&render(&gpu, &scene, 33, 33)), [0.0; 3]);
+}
+
+#[test]
+fn shadow_of_a_wall_has_its_length() {
+    let gpu = kit::gpu();
+    let grid = Grid { cells: 257, extent: 2560.0 };
+    // A ridge along z, 10 m wide at its top and 30 m at its foot.
+    let mut scene = sandbox(&gpu, grid, |x, _| (200.0 * (15.0 - x.abs()) / 10.0).clamp(0.0, 200.0));
+    let elevation = 0.5f64;
+    scene.light.sun = Some(sun_at(elevation, 100_000.0));
+    scene.camera = Camera { view: straight_down(20_000.0), fov: 0.1 };
+    let (width, height) = (801u32, 9);
+    let picture = render(&gpu, &scene, width, height);
+    // The sun stands in the west, so shadow falls to the right. Height above the ground hardly shifts the picture.
+    let row = &picture.pixels[(height / 2 * width) as usize..][..width as usize];
+    let lit = row[10][0];
+    let across = 2.0 * 20_000.0 * 0.05f64.tan() * f64::from(width) / f64::from(height);
+    let metres = |column: usize| ((column as f64 + 0.5) / f64::from(width) - 0.5) * across;
+    let end = (width as usize / 2..width as usize - 1)
+        .filter(|column| metres(*column) > 20.0)
+        .find(|column| row[*column][0] > 0.5 * lit)
+        .map(metres)
+        .expect("the shadow ends");
+    let expected = 5.0 + 200.0 / elevation.tan();
+    assert!((end - expected).abs() < grid.cell_size().into(), "{end} m in place of {expected} m");
+}
+
+#[test]
+fn maps_of_a_plane_are_its_slope_and_normal() {
+    let gpu = kit::gpu();
+    let grid = Grid { cells: 65, extent: 1000.0 };
+    let scene = sandbox(&gpu, grid, |x, z| 0.5 * x - 0.25 * z);
+    let maps = Renderer::new(&gpu).expect("a renderer").maps(&scene).expect("maps");
+    let expected = (0.5f32.hypot(0.25)).atan().to_degrees();
+    assert!(download(&gpu, &maps.slope).iter().all(|slope| (slope - expected).abs() < 1e-2));
+    let mut rec = Recorder::new(&gpu);
+    let (normal, splat) = (rec.download(&maps.normal), rec.download(&maps.splat));
+    let finished = rec.submit().expect("submitted").wait().expect("finished");
+    let up = Vec3::new(-0.5, 1.0, 0.25).normalize();
+    let coded = Vec3::new(up.x, -up.z, up.y) * 0.5 + 0.5;
+    for [x, y, z, _] in normal.take(&finished) {
+        assert!(Vec3::new(x, y, z).distance(coded) < 1e-4);
+    }
+    assert!(splat.take(&finished).iter().all(|weights| *weights == [0.0, 0.0, 1.0, 0.0]));
+}
+
+#[test]
+fn material_weights_sum_to_one() {
+    let gpu = kit::gpu();
+    let scene = island(&gpu, 128);
+    let maps = Renderer::new(&gpu).expect("a renderer").maps(&scene).expect("maps");
+    let mut rec = Recorder::new(&gpu);
+    let splat = rec.download(&maps.splat);
+    let splat = splat.take(&rec.submit().expect("submitted").wait().expect("finished"));
+    for weights in &splat {
+        assert!(weights.iter().all(|weight| (0.0..=1.0).contains(weight)), "{weights:?}");
+        assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5, "{weights:?}");
+    }
+    // Each material appears somewhere.
+    for material in 0..4 {
+        assert!(splat.iter().any(|weights| weights[material] > 0.9), "material {material}");
+    }
+}
+
+#[test]
+fn framing_touches_the_picture_and_stays_inside() {
+    let boxes = [
+        [Vec3::new(-900.0, 0.0, -300.0), Vec3::new(100.0, 250.0, 200.0)],
+        [Vec3::new(0.0, 0.0, -100.0), Vec3::new(400.0, 700.0, 600.0)],
+    ];
+    for turn in 0..12 {
+        let azimuth = turn as f32 * 0.5236;
+        let forward = Vec3::new(azimuth.sin() * 0.95, -0.3122, azimuth.cos() * 0.95).normalize();
+        let camera = Pinhole::frame(&boxes, forward, 1.0, 0.6, 1.6);
+        let corners = boxes.iter().flat_map(|[least, greatest]| {
+            (0..8).map(|corner| {
+                let pick = |axis: usize| if corner >> axis & 1 == 0 { least[axis] } else { greatest[axis] };
+                Vec3::new(pick(0), pick(1), pick(2))
+            })
+        });
+        let mut nearest = f32::INFINITY;
+        for corner in corners {
+            let [x, y] = camera.project(corner).expect("in front");
+            let margin = x.min(1.0 - x).min(y.min(1.0 - y));
+            assert!(margin > -1e-4, "{corner} falls outside, at {x}, {y}");
+            nearest = nearest.min(margin);
+        }
+        assert!(nearest < 1e-4, "the picture is not filled: margin {nearest}");
+    }
+}
+
+#[test]
+fn filmic_keeps_greys_grey_and_order() {
+    let mut last = -1.0;
+    for step in 0..200 {
+        let value = 1e-4 * 1.06f32.powi(step);
+        let [r, g, b] = filmic([value; 3]);
+        assert!((r - g).abs() < 1e-5 && (g - b).abs() < 1e-5, "grey {value} became {r} {g} {b}");
+        assert!(r >= last, "darker than a darker grey");
+        last = r;
+    }
+    assert!((filmic([0.18; 3])[1] - 0.18).abs() < 1e-4);
+    assert_eq!(filmic([100.0; 3]), [1.0; 3]);
+}
+
+#[test]
+fn golden_picture() {
+    let gpu = kit::gpu();
+    let scene = island(&gpu, 256);
+    let film = Film { exposure: 6e-5, ..film(320, 180) };
+    let picture = Renderer::new(&gpu).expect("a renderer").render(&scene, &film).expect("a picture");
+    let found = picture.developed(ToneMap::Filmic);
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/island.png");
+    if std::env::var_os("TERRANE_BLESS").is_some() {
+        image::save_buffer(path, &found, 320, 180, image::ColorType::Rgb8).expect("written");
+    }
+    let golden = image::open(path).expect("the golden picture").into_rgb8().into_raw();
+    // Drivers differ in the last bits of sin and exp, and by a sample on outlines: far below what an eye sees.
+    const THRESHOLD: f32 = 0.01;
+    let difference = flip(&golden, &found);
+    assert!(difference < THRESHOLD, "FLIP {difference}");
+
+    // The comparison must see what an eye would: a little more light, a shift by a pixel.
+    let brighter: Vec<u8> = found.iter().map(|value| value.saturating_add(6)).collect();
+    assert!(flip(&golden, &brighter) > THRESHOLD, "a brighter picture passes");
+    let shifted: Vec<u8> = found[3..].iter().chain(&found[..3]).copied().collect();
+    assert!(flip(&golden, &shifted) > THRESHOLD, "a shifted picture passes");
+}
+
+/// Mean FLIP difference (Andersson et al. 2020) of two 320×180 pictures.
+fn flip(reference: &[u8], found: &[u8]) -> f32 {
+    let image = |bytes: &[u8]| nv_flip::FlipImageRgb8::with_data(320, 180, bytes);
+    let errors = nv_flip::flip(image(reference), image(found), nv_flip::DEFAULT_PIXELS_PER_DEGREE);
+    nv_flip::FlipPool::from_image(&errors).mean()
+}
