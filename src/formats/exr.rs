@@ -19,7 +19,7 @@ const MAP_CHANNELS: [&str; 4] = ["height", "Y", "Z", "R"];
 /// stands for `white_luminance` cd/m².
 ///
 /// # Errors
-/// Those of [`file::write`].
+/// Those of [`file::write()`].
 pub fn write_picture(
     path: &Path,
     size: [u32; 2],
@@ -40,7 +40,7 @@ pub fn write_picture(
 /// Writes rasters of `size` = [width, height] values, first row first, as channels of the given names.
 ///
 /// # Errors
-/// Those of [`file::write`].
+/// Those of [`file::write()`].
 pub fn write_channels(
     path: &Path,
     size: [u32; 2],

@@ -31,10 +31,10 @@ pub fn write(
     Ok(Written { path: path.into(), bytes, sha256 })
 }
 
-/// Finds out whether [`write`] would work, without leaving anything behind: asked before minutes of simulation.
+/// Finds out whether [`write()`] would work, without leaving anything behind: asked before minutes of simulation.
 ///
 /// # Errors
-/// Those of [`write`] that can be known beforehand.
+/// Those of [`write()`] that can be known beforehand.
 pub fn check_writable(path: &Path) -> Result<(), Error> {
     let target = Target::new(path)?;
     Unfinished::new(&target.folder).map_err(|source| Error::Write { path: path.into(), source })?;
@@ -52,7 +52,7 @@ pub fn make_folder(path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Removes the temporary files of every [`write`] under way, and lets none of them finish: for a process that is about
+/// Removes the temporary files of every [`write()`] under way, and lets none of them finish: for a process that is about
 /// to exit at once.
 pub fn remove_unfinished() {
     let mut unfinished = unfinished();

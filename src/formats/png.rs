@@ -9,7 +9,7 @@ use std::path::Path;
 /// Writes a picture of `size` = [width, height] pixels, three bytes each, sRGB-encoded, first row first.
 ///
 /// # Errors
-/// Those of [`file::write`].
+/// Those of [`file::write()`].
 pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<Written, Error> {
     file::write(path, |writer| {
         let mut encoder = Encoder::new(writer, size[0], size[1]);
@@ -27,7 +27,7 @@ pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<Writt
 /// channel makes a grey file, three and four make RGB and RGBA.
 ///
 /// # Errors
-/// Those of [`file::write`], and for any other number of channels.
+/// Those of [`file::write()`], and for any other number of channels.
 pub fn write_16(
     path: &Path,
     size: [u32; 2],
