@@ -64,12 +64,13 @@ fn passes_wait_for_each_other() {
     let gpu = kit::gpu();
     let mut field = PingPong::<Image<R32f>>::images(&gpu, "field", [SIZE as u32; 2]).unwrap();
     let pass = Compute::<seabed::Shader>::new(&gpu, ()).unwrap();
+    let change = Image::new(&gpu, "change", [SIZE as u32; 2]).unwrap();
     let start = ramp(SIZE * SIZE);
 
     let mut rec = Recorder::timed(&gpu, 16);
     rec.upload(field.src(), &start);
     for _ in 0..7 {
-        smooth(&mut rec, &pass, &field);
+        smooth(&mut rec, &pass, &field, &change);
         field.swap();
     }
     let download = rec.download(field.src());
@@ -101,10 +102,11 @@ fn passes_wait_for_each_other() {
 fn a_removed_barrier_is_caught() {
     let (gpu, log) = kit::validated_gpu();
     let mut field = PingPong::<Image<R32f>>::images(&gpu, "field", [32, 32]).unwrap();
+    let change = Image::new(&gpu, "change", [32, 32]).unwrap();
     let pass = Compute::<seabed::Shader>::new(&gpu, ()).unwrap();
     let two_passes = |rec: &mut Recorder, field: &mut PingPong<Image<R32f>>| {
         for _ in 0..2 {
-            smooth(rec, &pass, field);
+            smooth(rec, &pass, field, &change);
             field.swap();
         }
     };
@@ -128,11 +130,12 @@ fn nothing_is_left_when_a_device_is_closed() {
         let image = Image::<R32f>::new(&gpu, "image", [16, 16]).unwrap();
         let pass = Compute::<seabed::Shader>::new(&gpu, ()).unwrap();
         let field = PingPong::new(image.clone(), Image::new(&gpu, "other", [16, 16]).unwrap());
+        let change = Image::new(&gpu, "change", [16, 16]).unwrap();
         let mut rec = Recorder::new(&gpu);
-        smooth(&mut rec, &pass, &field);
+        smooth(&mut rec, &pass, &field, &change);
         let submission = rec.submit().unwrap();
         // The submission keeps what it names, also when the handles are gone first.
-        drop((image, field, pass));
+        drop((image, field, change, pass));
         submission.wait().unwrap();
     }
     assert_eq!(gpu.memory().used, 0);
@@ -191,11 +194,16 @@ fn devices_are_chosen_by_index_and_by_part_of_the_name() {
     assert!(error.to_string().contains(&first.name), "{error}");
 }
 
-fn smooth(rec: &mut Recorder, pass: &Compute<seabed::Shader>, field: &PingPong<Image<R32f>>) {
+fn smooth(
+    rec: &mut Recorder,
+    pass: &Compute<seabed::Shader>,
+    field: &PingPong<Image<R32f>>,
+    change: &Image<R32f>,
+) {
     rec.dispatch(
         pass,
         field.src().size(),
         seabed::Push { sea_level: f32::MAX },
-        seabed::Bindings { src: field.src(), dst: field.dst() },
+        seabed::Bindings { height_in: field.src(), height_out: field.dst(), change },
     );
 }

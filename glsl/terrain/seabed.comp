@@ -2,23 +2,24 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 
-// Sea-bed smoothing: the mean of four neighbours below sea level (Korošec & Lebar Bajec (23)).
+// The sea bed settles to the mean of its four neighbours (Korošec & Lebar Bajec (23)).
 
-layout(local_size_x = 8, local_size_y = 8) in;
-layout(binding = 0, r32f) uniform readonly image2D src;
-layout(binding = 1, r32f) uniform writeonly image2D dst;
+#include "lib/grid.glsl"
+
+layout(local_size_x = 64, local_size_y = 1) in;
+layout(binding = 0, r32f) uniform readonly image2D height_in;
+layout(binding = 1, r32f) uniform writeonly image2D height_out;
+layout(binding = 2, r32f) uniform image2D change;
 layout(push_constant, scalar) uniform Push { float sea_level; } push;
 
 void main() {
-    ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-    ivec2 n = imageSize(src);
-    if (any(greaterThanEqual(p, n))) return;
-    float h = imageLoad(src, p).r;
-    bool rim = any(equal(p, ivec2(0))) || any(equal(p, n - 1));
-    if (!rim && h < push.sea_level) {
-        float l = imageLoad(src, p - ivec2(1, 0)).r, r = imageLoad(src, p + ivec2(1, 0)).r;
-        float t = imageLoad(src, p - ivec2(0, 1)).r, b = imageLoad(src, p + ivec2(0, 1)).r;
-        h = 0.25 * ((l + r) + (t + b));
-    }
-    imageStore(dst, p, vec4(h));
+    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    if (outside(cell, imageSize(height_in))) return;
+
+    Stencil at = stencil(cell, imageSize(height_in));
+    float h = imageLoad(height_in, cell).x;
+    float settled = h < push.sea_level && all(at.axis) ? sum(AXIS(height_in, at)) / 4.0 : h;
+    precise float e = imageLoad(change, cell).x + (settled - h);
+    imageStore(change, cell, vec4(e));
+    imageStore(height_out, cell, vec4(settled));
 }

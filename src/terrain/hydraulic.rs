@@ -1,5 +1,12 @@
 //! Hydraulic erosion by virtual pipes (Mei, Decaudin & Hu 2007), mended.
 
+use super::{Boundary, Fields, Plan, Process, schedule::Steps};
+use crate::{
+    core::grid::Grid,
+    gpu::{self, Compute, Gpu, Recorder},
+    shaders::terrain::{hydraulic_erode, hydraulic_flow, hydraulic_start, sediment_diffusion},
+};
+
 /// One model; the paper's is a special case of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
@@ -79,4 +86,175 @@ pub enum Transport {
     Flux,
     /// Traced back along the velocity; loses mass (the paper).
     SemiLagrangian,
+}
+
+impl Params {
+    /// The longest stable step is `½·ℓ/√(g·D)`: stricter than in the papers, since both pipes between two cells react.
+    pub fn steps(&self, grid: Grid) -> Steps {
+        let wave = (f64::from(self.gravity) * f64::from(self.pipe_depth)).sqrt();
+        let longest = f64::from(self.safety) * 0.5 * f64::from(grid.cell_size()) / wave;
+        let duration = f64::from(self.duration);
+        let count = (duration / longest).ceil();
+        if count < 1.0 { Steps { count: 0, step: 0.0 } } else { Steps { count: count as u32, step: duration / count } }
+    }
+}
+
+/// Water on its way down.
+pub struct Hydraulic {
+    start: Compute<hydraulic_start::Shader>,
+    flow: Compute<hydraulic_flow::Shader>,
+    diffusion: Compute<sediment_diffusion::Shader>,
+    erode: Compute<hydraulic_erode::Shader>,
+    flow_push: hydraulic_flow::Push,
+    erode_push: hydraulic_erode::Push,
+    /// Sweeps of sediment diffusion before the one in `erode`.
+    extra_sweeps: u32,
+}
+
+impl Hydraulic {
+    pub fn new(gpu: &Gpu, plan: &Plan, params: &Params) -> gpu::Result<Hydraulic> {
+        let pipes = match params.pipes {
+            Pipes::Four => 4,
+            Pipes::Eight => 8,
+        };
+        let controls = plan.controls.any();
+        let semi_lagrangian = params.transport == Transport::SemiLagrangian;
+        let flow = hydraulic_flow::Constants {
+            pipes,
+            controls,
+            open: plan.boundary == Boundary::Open,
+            fixed_section: params.section == Section::Fixed,
+            drag: params.drag > 0.0,
+            central_slope: params.slope == Slope::Central,
+            semi_lagrangian,
+        };
+        let (extra_sweeps, erode_push) = erode_push(plan, params);
+        Ok(Hydraulic {
+            start: Compute::new(gpu, ())?,
+            flow: Compute::new(gpu, flow)?,
+            diffusion: Compute::new(gpu, ())?,
+            erode: Compute::new(gpu, hydraulic_erode::Constants { pipes, controls, semi_lagrangian })?,
+            flow_push: flow_push(plan, params),
+            erode_push,
+            extra_sweeps,
+        })
+    }
+
+    fn fill_the_sea(&self, rec: &mut Recorder, fields: &Fields) {
+        let push = hydraulic_start::Push { sea_level: fields.sea_level };
+        let bindings = hydraulic_start::Bindings { height: fields.height.src(), water: fields.water.src() };
+        rec.dispatch(&self.start, fields.height.src().size(), push, bindings);
+    }
+
+    fn let_flow(&self, rec: &mut Recorder, fields: &mut Fields) {
+        let bindings = hydraulic_flow::Bindings {
+            height: fields.height.src(),
+            water: fields.water.src(),
+            sediment_in: fields.sediment.src(),
+            sediment_out: fields.sediment.dst(),
+            axis_in: fields.axis.src(),
+            axis_out: fields.axis.dst(),
+            diagonal_in: fields.diagonal.src(),
+            diagonal_out: fields.diagonal.dst(),
+            slope: &fields.slope,
+            velocity: &fields.velocity,
+            controls: &fields.controls,
+        };
+        rec.dispatch(&self.flow, fields.height.src().size(), self.flow_push, bindings);
+        fields.sediment.swap();
+        fields.axis.swap();
+        fields.diagonal.swap();
+    }
+
+    fn diffuse(&self, rec: &mut Recorder, fields: &mut Fields) {
+        let push = sediment_diffusion::Push { mixing: self.erode_push.sediment_mixing };
+        let bindings = sediment_diffusion::Bindings {
+            water: fields.water.src(),
+            sediment_in: fields.sediment.src(),
+            sediment_out: fields.sediment.dst(),
+        };
+        rec.dispatch(&self.diffusion, fields.height.src().size(), push, bindings);
+        fields.sediment.swap();
+    }
+
+    fn let_erode(&self, rec: &mut Recorder, fields: &mut Fields) {
+        let bindings = hydraulic_erode::Bindings {
+            height_in: fields.height.src(),
+            height_out: fields.height.dst(),
+            start: &fields.start,
+            change: &fields.change,
+            water_in: fields.water.src(),
+            water_out: fields.water.dst(),
+            sediment_in: fields.sediment.src(),
+            sediment_out: fields.sediment.dst(),
+            axis: fields.axis.src(),
+            diagonal: fields.diagonal.src(),
+            slope: &fields.slope,
+            velocity: &fields.velocity,
+            controls: &fields.controls,
+        };
+        rec.dispatch(&self.erode, fields.height.src().size(), self.erode_push, bindings);
+        fields.height.swap();
+        fields.water.swap();
+        fields.sediment.swap();
+    }
+}
+
+impl Process for Hydraulic {
+    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
+        if iteration == 1 {
+            self.fill_the_sea(rec, fields);
+        }
+        self.let_flow(rec, fields);
+        (0..self.extra_sweeps).for_each(|_| self.diffuse(rec, fields));
+        self.let_erode(rec, fields);
+    }
+}
+
+fn flow_push(plan: &Plan, params: &Params) -> hydraulic_flow::Push {
+    let step = params.steps(plan.grid).step;
+    hydraulic_flow::Push {
+        cell_size: plan.grid.cell_size(),
+        time_step: step as f32,
+        sea_level: plan.acting_sea_level(),
+        rain: (f64::from(params.rain) * step) as f32,
+        gravity: params.gravity,
+        pipe_depth: params.pipe_depth,
+        drag: params.drag,
+    }
+}
+
+/// Also the sweeps of sediment diffusion that must run before.
+fn erode_push(plan: &Plan, params: &Params) -> (u32, hydraulic_erode::Push) {
+    let step = params.steps(plan.grid).step;
+    let cell = f64::from(plan.grid.cell_size());
+    let mixing = |diffusivity: f32| f64::from(diffusivity) * step / (cell * cell);
+    // Share that approaches its end in one step at a rate per second.
+    let approach = |rate: f32| -(-f64::from(rate) * step).exp_m1();
+    // A Jacobi sweep over four neighbours damps every wave if it mixes at most an eighth with each.
+    let sweeps = (8.0 * mixing(params.sediment_diffusivity)).ceil().max(1.0);
+    let ramped = params.ramp_depth > 0.0;
+    let push = hydraulic_erode::Push {
+        cell_size: plan.grid.cell_size(),
+        time_step: step as f32,
+        sea_level: plan.acting_sea_level(),
+        rain: (f64::from(params.rain) * step) as f32,
+        sediment_mixing: (mixing(params.sediment_diffusivity) / sweeps) as f32,
+        creep_mixing: mixing(params.creep) as f32,
+        bank_mixing: (0.5 * mixing(params.bank_diffusion)) as f32,
+        max_speed: (cell / step) as f32,
+        capacity: params.capacity,
+        min_slope: params.min_slope,
+        // Without a ramp the capacity is whole at any depth.
+        ramp_start: if ramped { params.ramp_start } else { -1.0 },
+        ramp: if ramped { params.ramp_depth.recip() } else { 1.0 },
+        sea_fade: if params.sea_fade > 0.0 { params.sea_fade.recip() } else { f32::MAX },
+        erosion: approach(params.erosion_rate) as f32,
+        deposition: approach(params.deposition_rate) as f32,
+        max_change: (f64::from(params.rate_limit) * step) as f32,
+        evaporation: (1.0 - f64::from(params.evaporation) * step).max(0.0) as f32,
+        wet_depth: params.wet_depth,
+        wet_memory: params.wet_memory,
+    };
+    (sweeps as u32 - 1, push)
 }

@@ -1,6 +1,11 @@
 //! Base terrain: a list of layers, each combined with what the ones before it made.
 
-use super::Map;
+use super::{Fields, Map, Plan, Process};
+use crate::{
+    core::grid::Grid,
+    gpu::{self, Compute, Gpu, Image, Recorder, format::R32f},
+    shaders::terrain::{cone, crater, diamond_square, raster, simplex},
+};
 use std::sync::Arc;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +23,7 @@ pub enum Generator {
     /// `offset + amplitude · Σ η(p·2^i/wavelength) / 2^i` (3) with p displaced by `warp` metres of three-octave noise
     /// of the same wavelength.
     Simplex { amplitude: f32, offset: f32, wavelength: f32, octaves: u32, warp: f32, seed: u32 },
-    /// Diamond–square on (2^n + 1)², sampled bicubically (`spec` of forests §2): corners from
+    /// Diamond–square on (2^n + 1)², sampled bicubically (Fournier, Fussell & Carpenter 1982): corners from
     /// U(−init_height, init_height), offsets from U(−spread, spread), spread times `reduction` after each level.
     DiamondSquare { n: u32, init_height: f32, spread: f32, reduction: f32, seed: u32 },
     /// Heights in metres from a file.
@@ -36,4 +41,177 @@ pub enum Combine {
     },
     Max,
     Min,
+}
+
+impl Combine {
+    /// As the kernels number it, with the reference height that only `Power` has.
+    fn code(self) -> (u32, f32) {
+        match self {
+            Combine::Add => (0, 0.0),
+            Combine::Multiply => (1, 0.0),
+            Combine::Power { reference } => (2, reference),
+            Combine::Max => (3, 0.0),
+            Combine::Min => (4, 0.0),
+        }
+    }
+}
+
+/// The list at work: one layer an iteration.
+pub struct Base(Vec<Pass>);
+
+enum Pass {
+    Cone(Compute<cone::Shader>, cone::Push),
+    Simplex(Compute<simplex::Shader>, simplex::Push),
+    Raster(Compute<raster::Shader>, raster::Push, Source),
+    Crater(Compute<crater::Shader>, crater::Push),
+}
+
+/// What fills a raster just before it is sampled.
+enum Source {
+    DiamondSquare(DiamondSquare),
+    Map(Arc<Map>, Image<R32f>),
+}
+
+impl Base {
+    pub fn new(gpu: &Gpu, plan: &Plan) -> gpu::Result<Base> {
+        plan.layers.iter().map(|layer| Pass::new(gpu, plan.grid, layer)).collect::<gpu::Result<_>>().map(Base)
+    }
+}
+
+impl Process for Base {
+    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
+        if let Some(pass) = self.0.get(iteration as usize - 1) {
+            pass.record(rec, fields.height.src());
+        }
+        if iteration as usize == self.0.len() {
+            fields.settle(rec);
+        }
+    }
+}
+
+impl Pass {
+    fn new(gpu: &Gpu, grid: Grid, layer: &Layer) -> gpu::Result<Pass> {
+        let cell_size = grid.cell_size();
+        let [west, north] = grid.position(0, 0);
+        let (generator, (combine, reference)) = match layer {
+            Layer::Crater { level } => {
+                return Ok(Pass::Crater(Compute::new(gpu, ())?, crater::Push { level: *level }));
+            }
+            Layer::Generate { generator, combine } => (generator, combine.code()),
+        };
+        Ok(match generator {
+            Generator::Cone { height, radius, exponent, center: [x, z] } => Pass::Cone(
+                Compute::new(gpu, cone::Constants { combine })?,
+                cone::Push {
+                    origin: [west - x, north - z],
+                    cell_size,
+                    peak: *height,
+                    radius: *radius,
+                    exponent: *exponent,
+                    reference,
+                },
+            ),
+            Generator::Simplex { amplitude, offset, wavelength, octaves, warp, seed } => Pass::Simplex(
+                Compute::new(gpu, simplex::Constants { combine })?,
+                simplex::Push {
+                    origin: [west, north],
+                    cell_size,
+                    amplitude: *amplitude,
+                    offset: *offset,
+                    wavelength: *wavelength,
+                    octaves: *octaves,
+                    warp: *warp,
+                    seed: *seed,
+                    reference,
+                },
+            ),
+            Generator::DiamondSquare { n, init_height, spread, reduction, seed } => {
+                let source = DiamondSquare::new(gpu, *n, *init_height, *spread, *reduction, *seed)?;
+                Pass::raster(gpu, combine, reference, Source::DiamondSquare(source))?
+            }
+            Generator::Heightmap { map } => {
+                let source = Source::Map(map.clone(), map.image(gpu)?);
+                Pass::raster(gpu, combine, reference, source)?
+            }
+        })
+    }
+
+    fn raster(gpu: &Gpu, combine: u32, reference: f32, source: Source) -> gpu::Result<Pass> {
+        let pass = Compute::new(gpu, raster::Constants { combine })?;
+        Ok(Pass::Raster(pass, raster::Push { reference }, source))
+    }
+
+    fn record(&self, rec: &mut Recorder, height: &Image<R32f>) {
+        let size = height.size();
+        match self {
+            Pass::Cone(pass, push) => rec.dispatch(pass, size, *push, cone::Bindings { height }),
+            Pass::Simplex(pass, push) => rec.dispatch(pass, size, *push, simplex::Bindings { height }),
+            Pass::Crater(pass, push) => rec.dispatch(pass, size, *push, crater::Bindings { height }),
+            Pass::Raster(pass, push, source) => {
+                let raster = source.fill(rec);
+                rec.dispatch(pass, size, *push, raster::Bindings { height, raster });
+            }
+        }
+    }
+}
+
+impl Source {
+    fn fill(&self, rec: &mut Recorder) -> &Image<R32f> {
+        match self {
+            Source::DiamondSquare(source) => {
+                source.record(rec);
+                &source.points
+            }
+            Source::Map(map, image) => {
+                rec.upload(image, &map.values);
+                image
+            }
+        }
+    }
+}
+
+/// Diamond–square on its own raster.
+pub struct DiamondSquare {
+    corners: Compute<diamond_square::Shader>,
+    squares: Compute<diamond_square::Shader>,
+    diamonds: Compute<diamond_square::Shader>,
+    points: Image<R32f>,
+    init_height: f32,
+    spread: f32,
+    reduction: f32,
+    seed: u32,
+}
+
+impl DiamondSquare {
+    fn new(gpu: &Gpu, n: u32, init_height: f32, spread: f32, reduction: f32, seed: u32) -> gpu::Result<DiamondSquare> {
+        let phase = |phase| Compute::new(gpu, diamond_square::Constants { phase });
+        Ok(DiamondSquare {
+            corners: phase(0)?,
+            squares: phase(1)?,
+            diamonds: phase(2)?,
+            points: Image::new(gpu, "diamond-square", [(1 << n) + 1; 2])?,
+            init_height,
+            spread,
+            reduction,
+            seed,
+        })
+    }
+
+    fn record(&self, rec: &mut Recorder) {
+        let last = self.points.size()[0] - 1;
+        let mut pass = |pass: &Compute<_>, spacing: u32, spread: f64| {
+            let push = diamond_square::Push { spacing: spacing as i32, spread: spread as f32, seed: self.seed };
+            let points = last / spacing + 1;
+            rec.dispatch(pass, [points; 2], push, diamond_square::Bindings { points: &self.points });
+        };
+        pass(&self.corners, last, f64::from(self.init_height));
+        let mut spread = f64::from(self.spread);
+        let mut spacing = last;
+        while spacing > 1 {
+            spacing /= 2;
+            pass(&self.squares, spacing, spread);
+            pass(&self.diamonds, spacing, spread);
+            spread *= f64::from(self.reduction);
+        }
+    }
 }

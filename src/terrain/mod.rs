@@ -1,11 +1,24 @@
 //! Makes land: base terrain, erosion, sea-bed smoothing, reef; all on the GPU.
 
+pub mod fields;
 pub mod hydraulic;
 pub mod layers;
 pub mod reef;
+pub mod schedule;
+pub mod seabed;
+mod simulation;
 pub mod thermal;
 
-use crate::core::grid::Grid;
+pub use self::{
+    fields::Fields,
+    schedule::Stage,
+    simulation::{Layer, Progress, Simulation},
+};
+
+use crate::{
+    core::grid::Grid,
+    gpu::{self, Gpu, Image, Recorder, format::R32f},
+};
 use std::sync::Arc;
 
 /// Everything that determines the land, checked, in metres, seconds, years and radians.
@@ -53,4 +66,38 @@ pub struct Map {
     pub width: u32,
     pub height: u32,
     pub values: Vec<f32>,
+}
+
+/// One process of a stage.
+pub trait Process {
+    /// Records one iteration, counted from 1.
+    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32);
+}
+
+impl Plan {
+    /// Height of the sea that erosion knows, m: far below everything unless the boundary is the sea.
+    pub fn acting_sea_level(&self) -> f32 {
+        match self.boundary {
+            Boundary::Sea => self.sea_level,
+            Boundary::Closed | Boundary::Open => f32::MIN,
+        }
+    }
+}
+
+impl Controls {
+    pub fn any(&self) -> bool {
+        self.channels().iter().any(Option::is_some)
+    }
+
+    /// In the order of the image's channels.
+    fn channels(&self) -> [Option<&Map>; 3] {
+        [self.rain.as_deref(), self.erodibility.as_deref(), self.mask.as_deref()]
+    }
+}
+
+impl Map {
+    /// An empty image that the values fit in.
+    fn image(&self, gpu: &Gpu) -> gpu::Result<Image<R32f>> {
+        Image::new(gpu, "raster", [self.width, self.height])
+    }
 }

@@ -1,5 +1,12 @@
 //! Thermal erosion: debris slides to lower neighbours past the angle of repose (Jákó & Tóth 2011, simplified).
 
+use super::{Fields, Plan, Process};
+use crate::{
+    core::grid::Grid,
+    gpu::{self, Compute, Gpu, Image, Recorder, format::R32f},
+    shaders::terrain::thermal::{Bindings, Constants, Push, Shader},
+};
+
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Params {
     pub law: Law,
@@ -31,4 +38,146 @@ pub struct Settle {
     pub repose: f32,
     /// Length σ over which material slides, m: 2σ²/ℓ² passes.
     pub length: f32,
+}
+
+/// The most that may move in a pass: eight neighbours can fill one pit, and must not raise it above themselves.
+pub const LARGEST_RATE: f64 = 2.0 / 9.0;
+
+impl Params {
+    /// Passes that a time needs, model seconds, and the rate k of each (half of k times the excess moves).
+    fn passes_and_rate(&self, grid: Grid, time: f64) -> (u32, f64) {
+        let cell = f64::from(grid.cell_size());
+        let all = 4.0 * f64::from(self.diffusivity) * time / (cell * cell);
+        let passes = (all / LARGEST_RATE).ceil().max(1.0);
+        (passes as u32, all / passes)
+    }
+
+    /// Passes that `time` needs, model seconds.
+    pub fn passes(&self, grid: Grid, time: f64) -> u32 {
+        self.passes_and_rate(grid, time).0
+    }
+}
+
+impl Settle {
+    /// Passes that the length needs.
+    pub fn passes(&self, grid: Grid) -> u32 {
+        let (sigma, cell) = (f64::from(self.length), f64::from(grid.cell_size()));
+        (2.0 * sigma * sigma / (cell * cell)).round() as u32
+    }
+}
+
+/// Debris on the move, on land and under water.
+pub struct Thermal {
+    slide: Slide,
+    schedule: Schedule,
+}
+
+/// When passes run.
+enum Schedule {
+    /// As many, behind each of these iterations.
+    Behind { every: u32, passes: u32 },
+    /// One an iteration.
+    Each,
+    /// One an iteration; behind the last, this is the ground that changes are counted from.
+    Prepare { last: u32 },
+}
+
+impl Thermal {
+    /// Beside hydraulic erosion with steps of `step` model seconds.
+    pub fn beside_water(gpu: &Gpu, plan: &Plan, params: &Params, step: f64) -> gpu::Result<Thermal> {
+        let every = params.every.max(1);
+        let (passes, rate) = params.passes_and_rate(plan.grid, f64::from(every) * step);
+        let slide = Slide::of(gpu, plan, params, rate)?;
+        Ok(Thermal { slide, schedule: Schedule::Behind { every, passes } })
+    }
+
+    /// On its own.
+    pub fn alone(gpu: &Gpu, plan: &Plan, params: &Params) -> gpu::Result<Thermal> {
+        let (_, rate) = params.passes_and_rate(plan.grid, f64::from(params.duration));
+        Ok(Thermal { slide: Slide::of(gpu, plan, params, rate)?, schedule: Schedule::Each })
+    }
+
+    /// Before all else.
+    pub fn settling(gpu: &Gpu, plan: &Plan, settle: &Settle) -> gpu::Result<Thermal> {
+        let slide = Slide::rubble(gpu, plan, settle.repose)?;
+        Ok(Thermal { slide, schedule: Schedule::Prepare { last: settle.passes(plan.grid) } })
+    }
+}
+
+impl Process for Thermal {
+    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
+        let change = fields.change.clone();
+        match self.schedule {
+            Schedule::Behind { every, passes } if iteration.is_multiple_of(every) => {
+                (0..passes).for_each(|_| self.slide.pass(rec, fields, &change));
+            }
+            Schedule::Behind { .. } => {}
+            Schedule::Each => self.slide.pass(rec, fields, &change),
+            Schedule::Prepare { last } => {
+                self.slide.pass(rec, fields, &change);
+                if iteration == last {
+                    fields.settle(rec);
+                }
+            }
+        }
+    }
+}
+
+/// One pass of sliding, for whatever slides.
+pub(super) struct Slide {
+    pass: Compute<Shader>,
+    pub push: Push,
+}
+
+impl Slide {
+    fn of(gpu: &Gpu, plan: &Plan, params: &Params, rate: f64) -> gpu::Result<Slide> {
+        let law = match params.law {
+            Law::Excess => 0,
+            Law::Drop => 1,
+        };
+        let push = Push {
+            half_rate: (0.5 * rate) as f32,
+            rise_on_land: rise(params.repose, plan.grid),
+            rise_under_water: rise(params.repose_under_water, plan.grid),
+            sea_level: plan.acting_sea_level(),
+            top: f32::MAX,
+        };
+        Ok(Slide { pass: Compute::new(gpu, Constants { law, controls: plan.controls.any() })?, push })
+    }
+
+    /// The excess law at its largest rate and one angle of repose, radians, whatever the controls say.
+    pub fn rubble(gpu: &Gpu, plan: &Plan, repose: f32) -> gpu::Result<Slide> {
+        let rise = rise(repose, plan.grid);
+        let push = Push {
+            half_rate: (0.5 * LARGEST_RATE) as f32,
+            rise_on_land: rise,
+            rise_under_water: rise,
+            sea_level: f32::MIN,
+            top: f32::MAX,
+        };
+        Ok(Slide { pass: Compute::new(gpu, Constants { law: 0, controls: false })?, push })
+    }
+
+    /// Slides the ground and counts it in `change`, where height is `start + change`.
+    pub fn pass(&self, rec: &mut Recorder, fields: &mut Fields, change: &Image<R32f>) {
+        let height = &mut fields.height;
+        rec.dispatch(
+            &self.pass,
+            height.src().size(),
+            self.push,
+            Bindings {
+                height_in: height.src(),
+                height_out: height.dst(),
+                change,
+                start: &fields.start,
+                controls: &fields.controls,
+            },
+        );
+        height.swap();
+    }
+}
+
+/// How far a slope of `repose` radians rises over one cell, m.
+fn rise(repose: f32, grid: Grid) -> f32 {
+    (f64::from(repose).tan() * f64::from(grid.cell_size())) as f32
 }

@@ -1,0 +1,138 @@
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+
+// Second half of an iteration of hydraulic erosion: sediment and bed diffuse, water moves, the ground wears or fills, water
+// evaporates (Korošec & Lebar Bajec (10–16, 18, 19); deposition with its sign mended).
+
+#include "lib/pipes.glsl"
+
+layout(local_size_x = 64, local_size_y = 1) in;
+layout(constant_id = 2) const bool SEMI_LAGRANGIAN = false;
+
+layout(binding = 0, r32f) uniform readonly image2D height_in;
+layout(binding = 1, r32f) uniform writeonly image2D height_out;
+layout(binding = 2, r32f) uniform readonly image2D start;
+layout(binding = 3, r32f) uniform image2D change;
+layout(binding = 4, rgba32f) uniform readonly image2D water_in; // depth, sediment per unit of flux, discharge, wetness
+layout(binding = 5, rgba32f) uniform writeonly image2D water_out;
+layout(binding = 6, r32f) uniform readonly image2D sediment_in;
+layout(binding = 7, r32f) uniform writeonly image2D sediment_out;
+layout(binding = 8, rgba32f) uniform readonly image2D axis;
+layout(binding = 9, rgba32f) uniform readonly image2D diagonal;
+layout(binding = 10, r32f) uniform readonly image2D slope;
+layout(binding = 11, rg32f) uniform writeonly image2D velocity;
+layout(binding = 12, rgba32f) uniform readonly image2D controls;
+layout(push_constant, scalar) uniform Push {
+    float cell_size;
+    float time_step;
+    float sea_level;
+    float rain;
+    float sediment_mixing; // with each neighbour
+    float creep_mixing;
+    float bank_mixing;     // per unit of discharge on a face
+    float max_speed;
+    float capacity;
+    float min_slope;
+    float ramp_start;
+    float ramp;            // per metre of depth
+    float sea_fade;        // per metre of depth
+    float erosion;         // share in one step
+    float deposition;
+    float max_change;      // in one step
+    float evaporation;     // share that stays
+    float wet_depth;
+    float wet_memory;
+} push;
+
+const float DRY = 1e-6;
+const float LARGEST_MIXING = 0.2;
+
+void main() {
+    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 size = imageSize(height_in);
+    if (outside(cell, size)) return;
+
+    Stencil at = stencil(cell, size);
+    float ground = imageLoad(height_in, cell).x;
+    vec4 own = imageLoad(water_in, cell);
+    mat4 water = AXIS4(water_in, at);
+    float rain = push.rain;
+    float erodibility = 1.0;
+    float mask = 1.0;
+    vec4 mask_axis = vec4(1.0);
+    if (CONTROLS) {
+        vec4 control = imageLoad(controls, cell);
+        rain *= control.x;
+        erodibility = control.y;
+        mask = control.z;
+        mask_axis = min(vec4(mask), AXIS4(controls, at)[2]);
+    }
+    bool sea = ground < push.sea_level;
+    float depth = rained(own.x, ground, rain, push.sea_level);
+
+    // Suspended sediment diffuses between wet cells (18, as a conservative exchange).
+    float sediment = imageLoad(sediment_in, cell).x;
+    bvec4 wet = greaterThan(min(vec4(own.x), water[0]), vec4(DRY));
+    precise vec4 rise = AXIS(sediment_in, at) - sediment;
+    precise float diffused = sediment + push.sediment_mixing * sum(mix(vec4(0.0), rise, wet));
+
+    // The bed creeps, and rivers wear their banks.
+    vec4 mixing = min(vec4(LARGEST_MIXING), push.creep_mixing + push.bank_mixing * (own.z + water[2])) * mask_axis;
+    precise vec4 slide = mixing * (AXIS(height_in, at) - ground);
+    precise float crept = imageLoad(change, cell).x + sum(slide);
+
+    // Depth (10).
+    vec4 out_axis = imageLoad(axis, cell);
+    vec4 in_axis = AXIS_INFLOW(axis, at);
+    vec4 out_diagonal = vec4(0.0);
+    vec4 in_diagonal = vec4(0.0);
+    if (PIPES == 8u) {
+        out_diagonal = imageLoad(diagonal, cell);
+        in_diagonal = DIAGONAL_INFLOW(diagonal, at);
+    }
+    float area = push.cell_size * push.cell_size;
+    precise float gained = sum(in_axis, in_diagonal) - sum(out_axis, out_diagonal);
+    precise float flowed = max(0.0, depth + push.time_step / area * gained);
+    flowed = sea ? depth : flowed;
+
+    // Velocity (13, 14): the discharge through the middle of the cell over the mean depth.
+    precise vec4 net = out_axis - in_axis;
+    precise vec4 net_diagonal = out_diagonal - in_diagonal;
+    precise float east = (net.y - net.x) + ((net_diagonal.y + net_diagonal.w) - (net_diagonal.x + net_diagonal.z));
+    precise float south = (net.w - net.z) + ((net_diagonal.z + net_diagonal.w) - (net_diagonal.x + net_diagonal.y));
+    precise float both = depth + flowed;
+    float per_speed = both > 2.0 * DRY ? 1.0 / (push.cell_size * both) : 0.0;
+    precise float squared = east * east + south * south;
+    float speed = min(sqrt(squared) * per_speed, push.max_speed);
+    float mean_depth = 0.5 * both;
+
+    // Capacity (11, 12), with a ramp over the depth; rivers lose it in the sea.
+    float steepness = imageLoad(slope, cell).x;
+    float sine = max(push.min_slope, steepness / sqrt(1.0 + steepness * steepness));
+    float ramp = clamp((mean_depth - push.ramp_start) * push.ramp, 0.0, 1.0);
+    float fade = sea ? clamp(1.0 - (push.sea_level - ground) * push.sea_fade, 0.0, 1.0) : 1.0;
+    float capacity = push.capacity * speed * sine * ramp * fade;
+
+    // Wear or fill (15, 16). Only what left the ground arrives in the water, to the last bit that e can hold.
+    float lack = capacity - diffused;
+    float taken = lack > 0.0 ? push.erosion * erodibility * lack : push.deposition * lack;
+    taken = clamp(taken * mask, -push.max_change, push.max_change);
+    precise float e = crept - taken;
+    precise float suspended = diffused + (crept - e);
+    precise float worn = imageLoad(start, cell).x + e;
+
+    // Evaporation (19); the sea stays full.
+    float left = worn < push.sea_level ? push.sea_level - worn : flowed * push.evaporation;
+    float wetness = clamp(own.w + (left > push.wet_depth ? push.time_step : -push.time_step), 0.0, push.wet_memory);
+    float per_flux = depth > DRY ? push.time_step / (area * depth) * suspended : 0.0;
+
+    imageStore(change, cell, vec4(e));
+    imageStore(height_out, cell, vec4(worn));
+    imageStore(sediment_out, cell, vec4(suspended));
+    imageStore(water_out, cell, vec4(left, per_flux, speed * mean_depth, wetness));
+    if (SEMI_LAGRANGIAN) {
+        float slowed = squared > 0.0 ? speed * inversesqrt(squared) : 0.0;
+        imageStore(velocity, cell, vec4(east * slowed, south * slowed, 0.0, 0.0));
+    }
+}

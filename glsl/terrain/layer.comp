@@ -1,0 +1,46 @@
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+
+// One layer of the land, for files and renderers. Images of processes that the world does not have are a single texel, of zeros.
+
+#include "lib/grid.glsl"
+
+layout(local_size_x = 64, local_size_y = 1) in;
+// Height, water, sediment, wear, deposit, reef, flow, wetness.
+layout(constant_id = 0) const uint LAYER = 0;
+layout(binding = 0, r32f) uniform readonly image2D height;
+layout(binding = 1, r32f) uniform readonly image2D change;
+layout(binding = 2, rgba32f) uniform readonly image2D water;
+layout(binding = 3, r32f) uniform readonly image2D sediment;
+layout(binding = 4, rgba32f) uniform readonly image2D axis;
+layout(binding = 5, rgba32f) uniform readonly image2D diagonal;
+layout(binding = 6, r32f) uniform readonly image2D reef;
+layout(binding = 7, r32f) uniform writeonly image2D layer_out;
+layout(push_constant, scalar) uniform Push {
+    float sea_level;
+    float wet_memory;
+} push;
+
+#define LOAD(image) imageLoad(image, min(cell, imageSize(image) - 1))
+
+float value(ivec2 cell) {
+    float h = LOAD(height).x;
+    switch (LAYER) {
+        case 0u: return h;
+        case 1u: return h < push.sea_level ? 0.0 : LOAD(water).x;
+        case 2u: return LOAD(sediment).x;
+        case 3u: return max(0.0, -LOAD(change).x);
+        case 4u: return max(0.0, LOAD(change).x);
+        case 5u: return max(0.0, LOAD(reef).x);
+        case 6u: return sum(LOAD(axis), LOAD(diagonal));
+        default: return h < push.sea_level ? 1.0 : clamp(LOAD(water).w / push.wet_memory, 0.0, 1.0);
+    }
+}
+
+void main() {
+    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    if (outside(cell, imageSize(layer_out))) return;
+
+    imageStore(layer_out, cell, vec4(value(cell)));
+}

@@ -1,0 +1,92 @@
+//! What a plan comes to, before any device is asked: stages, steps, memory.
+
+use super::{Plan, fields::Images};
+
+/// The parts of a run, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    Base,
+    Settle,
+    Hydraulic,
+    Thermal,
+    Seabed,
+    Reef,
+}
+
+impl Stage {
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Base => "base terrain",
+            Stage::Settle => "settling",
+            Stage::Hydraulic => "erosion",
+            Stage::Thermal => "thermal erosion",
+            Stage::Seabed => "sea bed",
+            Stage::Reef => "reef",
+        }
+    }
+}
+
+/// The steps of a process: how many, and how long each is, in its own unit of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steps {
+    pub count: u32,
+    pub step: f64,
+}
+
+/// Device memory by what it holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Memory {
+    pub name: &'static str,
+    pub bytes: u64,
+}
+
+impl Plan {
+    /// The stages that have anything to do, and their iterations.
+    pub fn stages(&self) -> Vec<(Stage, u32)> {
+        let grid = self.grid;
+        let settle = self.thermal.and_then(|thermal| thermal.settle);
+        let thermal = self.thermal.filter(|_| self.hydraulic.is_none());
+        [
+            (Stage::Base, self.layers.len() as u32),
+            (Stage::Settle, settle.map_or(0, |settle| settle.passes(grid))),
+            (Stage::Hydraulic, self.hydraulic.map_or(0, |hydraulic| hydraulic.steps(grid).count)),
+            (Stage::Thermal, thermal.map_or(0, |thermal| thermal.passes(grid, f64::from(thermal.duration)))),
+            (Stage::Seabed, super::seabed::sweeps(self.seabed_smoothing, grid)),
+            (Stage::Reef, self.reef.as_ref().map_or(0, |reef| reef.steps())),
+        ]
+        .into_iter()
+        .filter(|(_, iterations)| *iterations > 0)
+        .collect()
+    }
+
+    /// The step of hydraulic erosion, model seconds.
+    pub fn time_step(&self) -> Option<f64> {
+        self.hydraulic.map(|hydraulic| hydraulic.steps(self.grid).step)
+    }
+
+    /// Height of the sea above the datum when all is done, metres.
+    pub fn final_sea_level(&self) -> f32 {
+        let rise: f64 = self.reef.iter().flat_map(|reef| &reef.stages).map(|stage| f64::from(stage.rise)).sum();
+        (f64::from(self.sea_level) + rise) as f32
+    }
+
+    /// Device memory that the simulation needs, without what single layers need while they are made.
+    pub fn memory(&self) -> Vec<Memory> {
+        let images = Images::of(self);
+        let cells = self.grid.samples() as u64;
+        let kept = |used: bool, bytes_per_cell: u64| if used { cells * bytes_per_cell } else { 0 };
+        [
+            ("ground", kept(true, 4 * 4)),
+            ("water", kept(images.hydraulic, 2 * 16)),
+            ("flow", kept(images.hydraulic, 2 * 16) + kept(images.diagonal, 2 * 16)),
+            ("sediment", kept(images.hydraulic, 2 * 4)),
+            ("slope", kept(images.hydraulic, 4) + kept(images.velocity, 8)),
+            ("reef", kept(images.reef, 3 * 4)),
+            ("controls", kept(images.controls, 16)),
+        ]
+        .into_iter()
+        .filter(|(_, bytes)| *bytes > 0)
+        .map(|(name, bytes)| Memory { name, bytes })
+        .collect()
+    }
+}

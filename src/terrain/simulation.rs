@@ -1,0 +1,289 @@
+//! A run from bare ground to a finished island, cut into submissions of bounded length.
+
+use super::{
+    Fields, Plan, Process,
+    hydraulic::Hydraulic,
+    layers::Base,
+    reef::Reef,
+    schedule::Stage,
+    seabed::Seabed,
+    thermal::Thermal,
+};
+use crate::{
+    gpu::{self, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f},
+    scene::Ground,
+    shaders::terrain::layer,
+};
+use std::time::{Duration, Instant};
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// The stage at work, or the last one.
+    pub stage: Stage,
+    /// Iterations of it that are done …
+    pub iteration: u32,
+    /// … of so many.
+    pub of: u32,
+    pub finished: bool,
+}
+
+/// What can be taken from the land as a raster.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layer {
+    /// Metres above the datum.
+    Height,
+    /// Depth of rivers and lakes, m.
+    Water,
+    /// Suspended in the water, m of ground.
+    Sediment,
+    /// Lowered, m.
+    Wear,
+    /// Raised, m.
+    Deposit,
+    /// Coral grown, m.
+    Reef,
+    /// Sum of the outflows, m³/s.
+    Flow,
+    /// The water counter over its cap, 0…1; 1 below the sea.
+    Wetness,
+}
+
+impl Layer {
+    pub const ALL: [Layer; 8] = [
+        Layer::Height,
+        Layer::Water,
+        Layer::Sediment,
+        Layer::Wear,
+        Layer::Deposit,
+        Layer::Reef,
+        Layer::Flow,
+        Layer::Wetness,
+    ];
+
+    /// As files and the command line call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Layer::Height => "height",
+            Layer::Water => "water",
+            Layer::Sediment => "sediment",
+            Layer::Wear => "wear",
+            Layer::Deposit => "deposit",
+            Layer::Reef => "reef",
+            Layer::Flow => "flow",
+            Layer::Wetness => "wetness",
+        }
+    }
+
+    /// Whether the processes of `plan` make this layer.
+    pub fn exists_in(self, plan: &Plan) -> bool {
+        match self {
+            Layer::Height => true,
+            Layer::Wear | Layer::Deposit => {
+                plan.hydraulic.is_some() || plan.thermal.is_some() || plan.seabed_smoothing > 0.0
+            }
+            Layer::Water | Layer::Sediment | Layer::Flow | Layer::Wetness => plan.hydraulic.is_some(),
+            Layer::Reef => plan.reef.is_some(),
+        }
+    }
+}
+
+/// An island in the making.
+pub struct Simulation {
+    gpu: Gpu,
+    plan: Plan,
+    fields: Fields,
+    stages: Vec<StageWork>,
+    /// Index into `stages`.
+    current: usize,
+    iteration: u32,
+    pace: Pace,
+}
+
+/// The processes of a stage run in turn in each of its iterations.
+struct StageWork {
+    stage: Stage,
+    iterations: u32,
+    processes: Vec<Box<dyn Process>>,
+}
+
+impl Simulation {
+    /// Builds every pipeline and allocates every image of the run.
+    ///
+    /// # Errors
+    /// What does not fit the device, with its name and size.
+    pub fn new(gpu: &Gpu, plan: &Plan) -> gpu::Result<Simulation> {
+        let fields = Fields::new(gpu, plan)?;
+        let stages = plan
+            .stages()
+            .into_iter()
+            .map(|(stage, iterations)| {
+                Ok(StageWork { stage, iterations, processes: processes(gpu, plan, stage)? })
+            })
+            .collect::<gpu::Result<_>>()?;
+        let (gpu, plan) = (gpu.clone(), plan.clone());
+        Ok(Simulation { gpu, plan, fields, stages, current: 0, iteration: 0, pace: Pace::default() })
+    }
+
+    /// Advances by as many iterations of the current stage as fit into `budget` (at least one, and never more than one
+    /// submission should hold), and waits for them. The land does not depend on how a run is cut.
+    pub fn step(&mut self, budget: Duration) -> gpu::Result<Progress> {
+        let Some(work) = self.stages.get_mut(self.current) else { return Ok(self.progress()) };
+        let left = work.iterations - self.iteration;
+        let count = self.pace.iterations(budget.min(longest_submission(&self.gpu))).min(left);
+
+        let start = Instant::now();
+        let mut rec = Recorder::new(&self.gpu);
+        rec.scope(work.stage.name(), |rec| {
+            for iteration in self.iteration + 1..=self.iteration + count {
+                for process in &mut work.processes {
+                    process.step(rec, &mut self.fields, iteration);
+                }
+            }
+        });
+        rec.submit()?.wait()?;
+        self.pace.took(count, start.elapsed());
+
+        self.iteration += count;
+        if self.iteration == work.iterations && self.current + 1 < self.stages.len() {
+            self.current += 1;
+            self.iteration = 0;
+            self.pace = Pace::default();
+        }
+        Ok(self.progress())
+    }
+
+    /// Runs to the end.
+    pub fn finish(&mut self) -> gpu::Result<()> {
+        while !self.progress().finished {
+            self.step(Duration::MAX)?;
+        }
+        Ok(())
+    }
+
+    pub fn progress(&self) -> Progress {
+        match self.stages.get(self.current) {
+            Some(&StageWork { stage, iterations: of, .. }) => {
+                let finished = self.current + 1 == self.stages.len() && self.iteration == of;
+                Progress { stage, iteration: self.iteration, of, finished }
+            }
+            None => Progress { stage: Stage::Base, iteration: 0, of: 0, finished: true },
+        }
+    }
+
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// The state itself.
+    pub fn fields(&self) -> &Fields {
+        &self.fields
+    }
+
+    /// The sea above the datum when the run is over, m.
+    pub fn sea_level(&self) -> f32 {
+        self.plan.final_sea_level()
+    }
+
+    /// The land as it is now, for a renderer.
+    pub fn land(&self) -> gpu::Result<Ground> {
+        Ok(Ground {
+            grid: self.plan.grid,
+            height: self.layer(Layer::Height)?,
+            water: self.layer(Layer::Water)?,
+            wetness: self.layer(Layer::Wetness)?,
+            reef: self.layer(Layer::Reef)?,
+            sea_level: self.sea_level(),
+        })
+    }
+
+    /// A copy of one layer as it is now; 0 where the world has no process that makes it.
+    pub fn layer(&self, layer: Layer) -> gpu::Result<Image<R32f>> {
+        let image = Image::new(&self.gpu, layer.name(), [self.plan.grid.cells; 2])?;
+        let pass = Compute::<layer::Shader>::new(&self.gpu, layer::Constants { layer: layer as u32 })?;
+        let fields = &self.fields;
+        let push = layer::Push {
+            sea_level: self.sea_level(),
+            wet_memory: self.plan.hydraulic.map_or(1.0, |params| params.wet_memory.max(f32::MIN_POSITIVE)),
+        };
+        let bindings = layer::Bindings {
+            height: fields.height.src(),
+            change: &fields.change,
+            water: fields.water.src(),
+            sediment: fields.sediment.src(),
+            axis: fields.axis.src(),
+            diagonal: fields.diagonal.src(),
+            reef: &fields.reef,
+            layer_out: &image,
+        };
+        let mut rec = Recorder::new(&self.gpu);
+        rec.dispatch(&pass, image.size(), push, bindings);
+        rec.submit()?.wait()?;
+        Ok(image)
+    }
+}
+
+/// The processes of a stage, in the order in which they run.
+fn processes(gpu: &Gpu, plan: &Plan, stage: Stage) -> gpu::Result<Vec<Box<dyn Process>>> {
+    let mut processes: Vec<Box<dyn Process>> = Vec::new();
+    match stage {
+        Stage::Base => processes.push(Box::new(Base::new(gpu, plan)?)),
+        Stage::Settle => {
+            if let Some(settle) = plan.thermal.and_then(|thermal| thermal.settle) {
+                processes.push(Box::new(Thermal::settling(gpu, plan, &settle)?));
+            }
+        }
+        Stage::Hydraulic => {
+            if let Some(params) = &plan.hydraulic {
+                processes.push(Box::new(Hydraulic::new(gpu, plan, params)?));
+                if let Some(thermal) = &plan.thermal {
+                    let step = params.steps(plan.grid).step;
+                    processes.push(Box::new(Thermal::beside_water(gpu, plan, thermal, step)?));
+                }
+            }
+        }
+        Stage::Thermal => {
+            if let Some(thermal) = &plan.thermal {
+                processes.push(Box::new(Thermal::alone(gpu, plan, thermal)?));
+            }
+        }
+        Stage::Seabed => processes.push(Box::new(Seabed::new(gpu, plan)?)),
+        Stage::Reef => {
+            if let Some(reef) = &plan.reef {
+                processes.push(Box::new(Reef::new(gpu, plan, reef)?));
+            }
+        }
+    }
+    Ok(processes)
+}
+
+/// No submission should be longer: a GPU's watchdog and its windows wait for it. A CPU device shows no windows while it
+/// works, and fewer submissions cost it less.
+fn longest_submission(gpu: &Gpu) -> Duration {
+    match gpu.info().kind {
+        DeviceKind::Cpu => Duration::from_millis(200),
+        _ => Duration::from_millis(40),
+    }
+}
+
+/// Sizes submissions by the time that the last one took.
+#[derive(Default)]
+struct Pace(Option<Measured>);
+
+struct Measured {
+    iterations: u32,
+    time: Duration,
+}
+
+impl Pace {
+    /// One iteration where nothing is known; never more than four times the last count, since the first ones also compile.
+    fn iterations(&self, budget: Duration) -> u32 {
+        let Some(Measured { iterations, time }) = self.0 else { return 1 };
+        let fit = f64::from(iterations) * budget.as_secs_f64() / time.as_secs_f64().max(1e-9);
+        (fit as u32).clamp(1, iterations.saturating_mul(4))
+    }
+
+    fn took(&mut self, iterations: u32, time: Duration) {
+        self.0 = Some(Measured { iterations, time });
+    }
+}
