@@ -11,6 +11,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::Command;
+use std::slice;
 use std::sync::OnceLock;
 use tempfile::TempDir;
 use terrane::formats::sidecar::{Range, Sidecar, Values};
@@ -40,7 +41,7 @@ fn a_height_map_in_png_comes_back_within_half_a_step() {
     let folder = folder();
     let path = folder.path().join("height.png");
     let (values, range) = (ramp(9 * 6), [-120.0, 730.0]);
-    formats::png::write_16(&path, [9, 6], &[values.clone()], range).unwrap();
+    formats::png::write_16(&path, [9, 6], slice::from_ref(&values), range).unwrap();
     sidecar::write(&path, &beside(range)).unwrap();
 
     // An independent reader sees the integers.
@@ -269,12 +270,14 @@ fn colour_pictures_and_holes_are_no_maps() {
     assert!(error.contains("greyscale"), "{error}");
 
     let hole = folder.path().join("hole.exr");
-    formats::exr::write_channels(&hole, [2, 2], vec![("height".into(), vec![0.0, 1.0, f32::NAN, 3.0])]).unwrap();
+    formats::exr::write_channels(&hole, [2, 2], vec![("height".into(), vec![0.0, 1.0, f32::NAN, 3.0])])
+        .unwrap();
     let error = read_map(&hole).unwrap_err().to_string();
     assert!(error.contains("column 0, row 1"), "{error}");
 
     let nameless = folder.path().join("nameless.exr");
-    formats::exr::write_channels(&nameless, [1, 1], vec![("a".into(), vec![0.0]), ("b".into(), vec![0.0])]).unwrap();
+    formats::exr::write_channels(&nameless, [1, 1], vec![("a".into(), vec![0.0]), ("b".into(), vec![0.0])])
+        .unwrap();
     let error = read_map(&nameless).unwrap_err().to_string();
     assert!(error.contains("a, b") && error.contains("height"), "{error}");
 
@@ -399,7 +402,7 @@ fn beside([min, max]: [f32; 2]) -> Sidecar {
 /// Sound files: the ones that are then damaged.
 fn samples(folder: &Path) -> Vec<(&'static str, Vec<u8>)> {
     let (path, values) = (folder.join("sound"), ramp(24 * 20));
-    formats::png::write_16(&path, [24, 20], &[values.clone()], [-120.0, 730.0]).unwrap();
+    formats::png::write_16(&path, [24, 20], slice::from_ref(&values), [-120.0, 730.0]).unwrap();
     let mut samples = vec![("map.png", fs::read(&path).unwrap())];
     for (compression, blocks) in [
         (Compression::ZIP16, Blocks::ScanLines),

@@ -26,8 +26,11 @@ pub fn load(options: &WorldOptions, session: &mut Session) -> Result<World, Erro
 
 /// Opens the device.
 pub fn open(options: &DeviceOptions, session: &mut Session) -> Result<Gpu, Error> {
-    let options =
-        gpu::Options { device: options.device.clone(), memory_limit: options.memory_limit, ..Default::default() };
+    let options = gpu::Options {
+        device: options.device.clone(),
+        memory_limit: options.memory_limit,
+        ..Default::default()
+    };
     let gpu = Gpu::new(&options)?;
     session.report.device = Some(gpu.info().name.clone());
     Ok(gpu)

@@ -1,8 +1,8 @@
 //! Progress on standard error: a bar on a terminal, a line now and then elsewhere, nothing when asked to be quiet.
 
 use super::report::Stage;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use std::fmt::Display;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use std::fmt::{self, Display};
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
 
@@ -72,7 +72,8 @@ impl Progress {
         if let Some(bar) = &current.bar {
             bar.finish_and_clear();
         }
-        let (name, iterations, seconds) = (current.name, current.iterations, current.start.elapsed().as_secs_f64());
+        let (name, iterations, seconds) =
+            (current.name, current.iterations, current.start.elapsed().as_secs_f64());
         self.say(&format!("{name}: {iterations} in {seconds:.1} s"));
         self.stages.push(Stage { name, seconds, iterations });
     }
@@ -94,14 +95,21 @@ impl Current {
         let now = Instant::now();
         let bar = (channel == Channel::Terminal).then(|| {
             let bar = ProgressBar::with_draw_target(Some(of), ProgressDrawTarget::stderr());
-            let template = "{msg:<16} {bar:32} {pos}/{len}  {per_sec}  {eta} left";
-            // A template that can't be read leaves the plain bar.
-            bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_style(style());
             bar.set_message(name);
             bar
         });
         Current { name, iterations: 0, start: now, last_line: now, bar }
     }
+}
+
+fn style() -> ProgressStyle {
+    let template = "{msg:<16} {bar:32} {pos}/{len}  {rate}  {eta} left";
+    // A template that can't be read leaves the plain bar.
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    style.with_key("rate", |state: &ProgressState, out: &mut dyn fmt::Write| {
+        let _ = write!(out, "{:.1}/s", state.per_sec());
+    })
 }
 
 /// Nobody may be reading: whether it can be written is not asked.

@@ -19,7 +19,7 @@ const MAP_CHANNELS: [&str; 4] = ["height", "Y", "Z", "R"];
 /// stands for `white_luminance` cd/m².
 ///
 /// # Errors
-/// Those of [`file::write`].
+/// Those of [`file::write()`].
 pub fn write_picture(
     path: &Path,
     size: [u32; 2],
@@ -40,14 +40,16 @@ pub fn write_picture(
 /// Writes rasters of `size` = [width, height] values, first row first, as channels of the given names.
 ///
 /// # Errors
-/// Those of [`file::write`].
+/// Those of [`file::write()`].
 pub fn write_channels(
     path: &Path,
     size: [u32; 2],
     channels: Vec<(String, Vec<f32>)>,
 ) -> Result<Written, Error> {
-    let channels =
-        channels.into_iter().map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values))).collect();
+    let channels = channels
+        .into_iter()
+        .map(|(name, values)| AnyChannel::new(name.as_str(), FlatSamples::F32(values)))
+        .collect();
     let attributes = ImageAttributes::with_size(extent(size));
     let layer = Layer::new(extent(size), LayerAttributes::default(), lossless(), AnyChannels::sort(channels));
     let image = Image { attributes, layer_data: layer };

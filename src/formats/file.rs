@@ -27,13 +27,14 @@ pub fn write(
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> Result<Written, Error> {
     let target = Target::new(path)?;
-    target.write(fill).map_err(|source| Error::Write { path: path.into(), source })
+    let (bytes, sha256) = target.write(fill).map_err(|source| Error::Write { path: path.into(), source })?;
+    Ok(Written { path: path.into(), bytes, sha256 })
 }
 
-/// Finds out whether [`write`] would work, without leaving anything behind: asked before minutes of simulation.
+/// Finds out whether [`write()`] would work, without leaving anything behind: asked before minutes of simulation.
 ///
 /// # Errors
-/// Those of [`write`] that can be known beforehand.
+/// Those of [`write()`] that can be known beforehand.
 pub fn check_writable(path: &Path) -> Result<(), Error> {
     let target = Target::new(path)?;
     Unfinished::new(&target.folder).map_err(|source| Error::Write { path: path.into(), source })?;
@@ -51,7 +52,7 @@ pub fn make_folder(path: &Path) -> Result<(), Error> {
     }
 }
 
-/// Removes the temporary files of every [`write`] under way, and lets none of them finish: for a process that is about
+/// Removes the temporary files of every [`write()`] under way, and lets none of them finish: for a process that is about
 /// to exit at once.
 pub fn remove_unfinished() {
     let mut unfinished = unfinished();
@@ -100,7 +101,8 @@ impl Target {
         Ok(Self { path, folder })
     }
 
-    fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> io::Result<Written> {
+    /// Length and SHA-256 of what was written.
+    fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> io::Result<(u64, String)> {
         let unfinished = Unfinished::new(&self.folder)?;
         let mut writer = BufWriter::new(&unfinished.file);
         fill(&mut writer)?;
@@ -110,11 +112,11 @@ impl Target {
         let mut file = &unfinished.file;
         file.sync_all()?;
         file.rewind()?;
-        let (bytes, sha256) = measure(&mut BufReader::new(file))?;
+        let measured = measure(&mut BufReader::new(file))?;
 
         unfinished.rename(&self.path)?;
         sync_folder(&self.folder)?;
-        Ok(Written { path: self.path.clone(), bytes, sha256 })
+        Ok(measured)
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 /// Writes a picture of `size` = [width, height] pixels, three bytes each, sRGB-encoded, first row first.
 ///
 /// # Errors
-/// Those of [`file::write`].
+/// Those of [`file::write()`].
 pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<Written, Error> {
     file::write(path, |writer| {
         let mut encoder = Encoder::new(writer, size[0], size[1]);
@@ -27,8 +27,13 @@ pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<Writt
 /// channel makes a grey file, three and four make RGB and RGBA.
 ///
 /// # Errors
-/// Those of [`file::write`], and for any other number of channels.
-pub fn write_16(path: &Path, size: [u32; 2], channels: &[Vec<f32>], range: [f32; 2]) -> Result<Written, Error> {
+/// Those of [`file::write()`], and for any other number of channels.
+pub fn write_16(
+    path: &Path,
+    size: [u32; 2],
+    channels: &[Vec<f32>],
+    range: [f32; 2],
+) -> Result<Written, Error> {
     let quantise = |value: f32| {
         let [min, max] = range.map(f64::from);
         let share = if max > min { (f64::from(value) - min) / (max - min) } else { 0.0 };
@@ -38,7 +43,12 @@ pub fn write_16(path: &Path, size: [u32; 2], channels: &[Vec<f32>], range: [f32;
         1 => ColorType::Grayscale,
         3 => ColorType::Rgb,
         4 => ColorType::Rgba,
-        _ => return Err(Error::Target { path: path.into(), reason: "a PNG holds one, three or four channels" }),
+        _ => {
+            return Err(Error::Target {
+                path: path.into(),
+                reason: "a PNG holds one, three or four channels",
+            });
+        }
     };
     file::write(path, |writer| {
         let mut encoder = Encoder::new(writer, size[0], size[1]);

@@ -54,7 +54,7 @@ pub fn path(file: &Path) -> PathBuf {
 /// Writes the sidecar of `file`.
 ///
 /// # Errors
-/// Those of [`file::write`].
+/// Those of [`file::write()`].
 pub fn write(file: &Path, sidecar: &Sidecar) -> Result<Written, Error> {
     file::write(&path(file), |writer| {
         serde_json::to_writer_pretty(&mut *writer, sidecar)?;

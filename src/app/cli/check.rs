@@ -4,7 +4,7 @@ use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use crate::app::report::Details;
 use crate::app::{Error, Session, land};
 use crate::gpu;
-use crate::terrain::Stage;
+use crate::terrain::schedule::Stage;
 use crate::world::World;
 use clap::Args;
 use serde_json::json;
@@ -36,7 +36,8 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         let gpu = land::open(&arguments.device, session)?;
         let (cells, most) = (world.plan.grid.cells, gpu.info().max_image);
         if cells > most {
-            let reason = format!("terrain.cells is {cells}, and its images have at most {most} texels a side");
+            let reason =
+                format!("terrain.cells is {cells}, and its images have at most {most} texels a side");
             return Err(gpu::Error::Unsupported(reason).into());
         }
         limit = Some(gpu.memory().limit);
@@ -97,7 +98,12 @@ impl Display for Table<'_> {
             grid.extent,
             grid.cell_size()
         )?;
-        writeln!(out, "sea      {} m above the datum, {} m at the end", plan.sea_level, plan.final_sea_level())?;
+        writeln!(
+            out,
+            "sea      {} m above the datum, {} m at the end",
+            plan.sea_level,
+            plan.final_sea_level()
+        )?;
         for (index, (stage, iterations)) in plan.stages().into_iter().enumerate() {
             let heading = if index == 0 { "stages" } else { "" };
             write!(out, "{heading:<8} {:<16} {iterations:>6}", stage.name())?;

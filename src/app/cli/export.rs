@@ -237,10 +237,18 @@ impl Land<'_> {
 }
 
 /// Writes a file and its sidecar.
-fn write(path: &Path, format: Format, rasters: Vec<Raster>, land: &Land, session: &mut Session) -> Result<(), Error> {
+fn write(
+    path: &Path,
+    format: Format,
+    rasters: Vec<Raster>,
+    land: &Land,
+    session: &mut Session,
+) -> Result<(), Error> {
     let sidecar = land.sidecar(&rasters);
     let file = match (format, rasters.as_slice()) {
-        (Format::Png16, [raster]) => formats::png::write_16(path, raster.size, &raster.channels, raster.range)?,
+        (Format::Png16, [raster]) => {
+            formats::png::write_16(path, raster.size, &raster.channels, raster.range)?
+        }
         _ => write_exr(path, rasters)?,
     };
     session.progress.say(&format!("wrote {}", path.display()));

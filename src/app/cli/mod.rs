@@ -15,8 +15,10 @@ use options::OutputOptions;
 /// Whole landscapes from one text file, made and shown with Vulkan.
 #[derive(Parser)]
 #[command(name = "terrane", version, max_term_width = 100)]
-#[command(after_help = "Exit codes: 0 ok · 1 other · 2 usage · 3 something in the world file or an option is wrong · \
-    4 no such device or no driver · 5 device lost · 6 memory · 7 a file can't be read or written · 130 interrupted")]
+#[command(
+    after_help = "Exit codes: 0 ok · 1 other · 2 usage · 3 something in the world file or an option is wrong · \
+    4 no such device or no driver · 5 device lost · 6 memory · 7 a file can't be read or written · 130 interrupted"
+)]
 pub struct Cli {
     #[command(subcommand)]
     verb: Verb,

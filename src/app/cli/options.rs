@@ -8,15 +8,15 @@ pub struct WorldOptions {
     /// World file (TOML)
     pub world: PathBuf,
 
-    /// Overrides a key of the world file, for example --set terrain.cells=256; may be repeated
+    /// Override a key of the world file, for example --set terrain.cells=256; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Overrides the world's seed
+    /// Override the world's seed
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
 
-    /// Simulates from the start, whatever earlier runs have left
+    /// Simulate from the start, whatever earlier runs have left
     // Nothing is kept between runs yet: accepted so that scripts written now go on to mean the same.
     #[arg(long)]
     no_cache: bool,
@@ -24,7 +24,7 @@ pub struct WorldOptions {
 
 #[derive(Args)]
 pub struct DeviceOptions {
-    /// Index or part of the name of the device to run on, as `terrane devices` lists them
+    /// Device to run on: index or part of its name, as `terrane devices` lists them
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<String>,
 
@@ -35,11 +35,11 @@ pub struct DeviceOptions {
 
 #[derive(Args)]
 pub struct OutputOptions {
-    /// Prints one JSON object about the run on standard output
+    /// Print one JSON object about the run on standard output
     #[arg(long)]
     pub json: bool,
 
-    /// Shows no progress
+    /// Show no progress
     #[arg(long, short)]
     pub quiet: bool,
 }
@@ -91,7 +91,8 @@ mod tests {
     fn sizes_of_pictures() {
         assert_eq!(size("1280x720"), Ok(Size { width: 1280, height: 720 }));
         assert_eq!(size("1X16384"), Ok(Size { width: 1, height: 16_384 }));
-        for wrong in ["", "x", "1280", "1280x", "0x720", "1280x16385", "-1x5", "1280x720x3", "99999999999x1"] {
+        for wrong in ["", "x", "1280", "1280x", "0x720", "1280x16385", "-1x5", "1280x720x3", "99999999999x1"]
+        {
             assert!(size(wrong).is_err(), "{wrong}");
         }
     }

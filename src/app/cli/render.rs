@@ -24,8 +24,8 @@ pub struct Arguments {
     size: Option<Size>,
 
     /// How the picture is made: raster
-    #[arg(long, default_value = "raster", value_parser = renderer)]
-    renderer: (),
+    #[arg(long, value_name = "NAME", default_value = "raster", value_parser = method)]
+    renderer: Method,
 
     #[command(flatten)]
     device: DeviceOptions,
@@ -33,9 +33,16 @@ pub struct Arguments {
     pub output: OutputOptions,
 }
 
+/// How to render.
+#[derive(Clone, Copy)]
+enum Method {
+    Raster,
+}
+
 const EXTENSIONS: [&str; 2] = ["png", "exr"];
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let Method::Raster = arguments.renderer;
     let place = Place::of(arguments.out.as_deref().unwrap_or(Path::new("./")));
     if let Place::File(path) = &place {
         check_extension(path, &EXTENSIONS)?;
@@ -73,10 +80,9 @@ fn write(path: &Path, picture: &Picture, film: &Film, session: &mut Session) -> 
     Ok(())
 }
 
-/// There is one renderer so far.
-fn renderer(name: &str) -> Result<(), String> {
+fn method(name: &str) -> Result<Method, String> {
     match name {
-        "raster" => Ok(()),
+        "raster" => Ok(Method::Raster),
         "trace" => Err("the path tracer is not available in this version; use raster".into()),
         _ => Err("use raster".into()),
     }

@@ -1,0 +1,460 @@
+//! The program itself: what it writes, prints and exits with, and that it leaves no half-written file.
+
+use exr::prelude::{ReadChannels, ReadLayers};
+use serde_json::Value;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use tempfile::TempDir;
+
+/// A world that takes a second.
+const WORLD: &str = r#"
+format = 1
+seed = 5
+[terrain]
+cells = 64
+extent = 2000
+layers = [{ cone = { height = 500, radius = 900 } }, { simplex = { amplitude = 60, wavelength = 500, octaves = 4 } }]
+[erosion.hydraulic]
+duration = 60
+[reef]
+stages = [{ duration = 500, rise = 4 }]
+[render]
+size = [64, 36]
+"#;
+
+/// A world with nothing but bare ground.
+const BARE: &str = r#"
+format = 1
+erosion = "none"
+reef = "none"
+[terrain]
+cells = 64
+extent = 2000
+layers = [{ cone = { height = 500, radius = 900 } }]
+"#;
+
+// What is written.
+
+#[test]
+fn a_picture_is_named_after_its_world_and_two_runs_give_the_same_bytes() {
+    let folder = folder();
+    let output = terrane(folder.path(), &["render", "world.toml", "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let first = fs::read(folder.path().join("world.png")).unwrap();
+    assert_eq!(
+        terrane(folder.path(), &["render", "world.toml", "--quiet", "-o", "again.png"]).status.code(),
+        Some(0)
+    );
+    assert!(first == fs::read(folder.path().join("again.png")).unwrap());
+    // Another seed is another land.
+    let other =
+        terrane(folder.path(), &["render", "world.toml", "--quiet", "-o", "other.png", "--seed", "6"]);
+    assert_eq!(code(&other), 0);
+    assert!(first != fs::read(folder.path().join("other.png")).unwrap());
+
+    let picture = image::open(folder.path().join("world.png")).unwrap();
+    assert_eq!((picture.width(), picture.height(), picture.color()), (64, 36, image::ColorType::Rgb8));
+
+    let json = json(&output);
+    assert_eq!(json["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(json["command"], "render");
+    assert_eq!(json["world"], "world.toml");
+    assert_eq!(json["seed"], 5);
+    assert!(json["device"].is_string());
+    assert_eq!(json["error"], Value::Null);
+    let stages: Vec<&str> =
+        json["stages"].as_array().unwrap().iter().map(|s| s["name"].as_str().unwrap()).collect();
+    for name in ["base terrain", "erosion", "reef", "picture"] {
+        assert!(stages.contains(&name), "{stages:?}");
+    }
+    for stage in json["stages"].as_array().unwrap() {
+        assert!(
+            stage["seconds"].as_f64().unwrap() >= 0.0 && stage["iterations"].as_u64().unwrap() > 0,
+            "{stage}"
+        );
+    }
+    let outputs = json["outputs"].as_array().unwrap();
+    assert_eq!(outputs.len(), 1);
+    assert_eq!(outputs[0]["path"], "./world.png");
+    assert_eq!(outputs[0]["bytes"], first.len());
+    assert_eq!(outputs[0]["sha256"], sha256(&first));
+    assert_eq!(json["frames"], Value::Array(vec![]));
+}
+
+#[test]
+fn a_picture_in_exr_holds_radiance_and_says_its_white() {
+    let folder = folder();
+    let arguments = ["render", "world.toml", "-o", "pictures/", "--size", "48x20"];
+    assert_eq!(code(&terrane(folder.path(), &arguments)), 0);
+    assert_eq!(names(&folder.path().join("pictures")), ["world.png"]);
+    assert_eq!(
+        code(&terrane(folder.path(), &["render", "world.toml", "-o", "pictures/a.exr", "--size", "48x20"])),
+        0
+    );
+    let picture = exr::prelude::read_first_rgba_layer_from_file(
+        folder.path().join("pictures/a.exr"),
+        |size, _| (size.width(), size.height(), 0.0_f64),
+        |sum, _, (r, g, b, _): (f32, f32, f32, f32)| sum.2 += f64::from(r + g + b),
+    )
+    .unwrap();
+    let (width, height, sum) = picture.layer_data.channel_data.pixels;
+    assert_eq!((width, height), (48, 20));
+    assert!(sum.is_finite() && sum > 0.0);
+    assert!(picture.layer_data.attributes.white_luminance.unwrap() > 0.0);
+}
+
+#[test]
+fn every_layer_is_a_file_with_a_sidecar() {
+    let folder = folder();
+    let output = terrane(folder.path(), &["export", "world.toml", "--layer", "all", "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let layers = [
+        ("height", "m", vec!["height"]),
+        ("water", "m", vec!["water"]),
+        ("sediment", "m", vec!["sediment"]),
+        ("wear", "m", vec!["wear"]),
+        ("deposit", "m", vec!["deposit"]),
+        ("reef", "m", vec!["reef"]),
+        ("flow", "m³/s", vec!["flow"]),
+        ("slope", "degrees", vec!["slope"]),
+        ("normal", "1", vec!["B", "G", "R"]),
+        ("splat", "1", vec!["A", "B", "G", "R"]),
+        ("wetness", "1", vec!["wetness"]),
+    ];
+    assert_eq!(names(&folder.path().join("world")).len(), 2 * layers.len());
+    assert_eq!(json(&output)["outputs"].as_array().unwrap().len(), 2 * layers.len());
+    for (name, unit, channels) in layers {
+        let path = folder.path().join(format!("world/{name}.exr"));
+        let read = read_exr(&path);
+        assert_eq!(read.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), channels);
+        let sidecar: Value =
+            serde_json::from_slice(&fs::read(path.with_extension("exr.json")).unwrap()).unwrap();
+        assert_eq!(sidecar["unit"], unit, "{name}");
+        assert_eq!(
+            (&sidecar["extent"], &sidecar["seed"], &sidecar["world"]),
+            (&2000.0.into(), &5.into(), &"world.toml".into())
+        );
+        assert!((sidecar["cell_size"].as_f64().unwrap() - 2000.0 / 63.0).abs() < 1e-5);
+        assert!(sidecar["sea_level"].is_number());
+        assert_eq!(sidecar["world_sha256"], sha256(WORLD.as_bytes()));
+        let [min, max] = ["min", "max"].map(|key| sidecar[key].as_f64().unwrap() as f32);
+        for (_, values) in &read {
+            assert_eq!(values.len(), 64 * 64);
+            assert!(values.iter().all(|&value| min <= value && value <= max), "{name} {min} {max}");
+        }
+        if channels.len() == 1 {
+            let least = read[0].1.iter().copied().fold(f32::INFINITY, f32::min);
+            assert_eq!(least, min, "{name}");
+        }
+    }
+}
+
+#[test]
+fn layers_in_one_exr_are_channels() {
+    let folder = folder();
+    let arguments =
+        ["export", "world.toml", "--layer", "splat", "height", "--layer", "water", "-o", "land.exr"];
+    assert_eq!(code(&terrane(folder.path(), &arguments)), 0);
+    let names: Vec<String> =
+        read_exr(&folder.path().join("land.exr")).into_iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["height", "splat.A", "splat.B", "splat.G", "splat.R", "water"]);
+    let sidecar: Value =
+        serde_json::from_slice(&fs::read(folder.path().join("land.exr.json")).unwrap()).unwrap();
+    assert_eq!(sidecar["channels"]["height"]["unit"], "m");
+}
+
+#[test]
+fn a_height_map_can_be_the_ground_of_another_world() {
+    let folder = folder();
+    assert_eq!(code(&terrane(folder.path(), &["export", "bare.toml", "-o", "h.png"])), 0);
+    let height = image::open(folder.path().join("h.png")).unwrap();
+    assert_eq!((height.width(), height.color()), (64, image::ColorType::L16));
+    // With its sidecar beside it, the heights are known.
+    let again = "format = 1\nerosion = \"none\"\nreef = \"none\"\n[terrain]\ncells = 64\nextent = 2000\nlayers = [{ heightmap = { file = \"h.png\" } }]\n";
+    fs::write(folder.path().join("again.toml"), again).unwrap();
+    let output = terrane(folder.path(), &["export", "again.toml", "-o", "again.exr"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(code(&terrane(folder.path(), &["export", "bare.toml", "-o", "first.exr"])), 0);
+    let (first, again) =
+        (read_exr(&folder.path().join("first.exr")), read_exr(&folder.path().join("again.exr")));
+    for (first, again) in first[0].1.iter().zip(&again[0].1) {
+        assert!((first - again).abs() < 0.01, "{first} {again}");
+    }
+}
+
+#[test]
+fn a_check_prints_the_plan_and_makes_nothing() {
+    let folder = folder();
+    let before = names(folder.path());
+    let output = terrane(folder.path(), &["check", "world.toml"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let text = String::from_utf8(output.stdout).unwrap();
+    for part in ["64 × 64", "erosion", "model seconds", "reef", "memory", "64 × 36 pixels"] {
+        assert!(text.contains(part), "{text}");
+    }
+    // No device is asked.
+    let output = command(folder.path(), &["check", "world.toml", "--json"]).envs(NO_DRIVER).output().unwrap();
+    assert_eq!(code(&output), 0);
+    let plan = &json(&output)["plan"];
+    assert_eq!(plan["cells"], 64);
+    assert!(
+        plan["time_step"].as_f64().unwrap() > 0.0 && plan["memory_bytes"].as_u64().unwrap() > 64 * 64 * 4
+    );
+    assert_eq!(plan["stages"][0]["name"], "base terrain");
+    assert_eq!(names(folder.path()), before);
+}
+
+#[test]
+fn devices_are_listed() {
+    let folder = folder();
+    let output = terrane(folder.path(), &["devices", "--json"]);
+    assert_eq!(code(&output), 0);
+    let json = json(&output);
+    let devices = json["devices"].as_array().unwrap();
+    assert!(devices.iter().any(|device| device["usable"] == true), "{json}");
+    let name = devices[0]["name"].as_str().unwrap();
+    let output = terrane(folder.path(), &["devices"]);
+    assert!(String::from_utf8(output.stdout).unwrap().contains(name));
+}
+
+// What goes wrong.
+
+/// Where the Vulkan loader is to look for drivers, by its new name and its old one.
+const NO_DRIVER: [(&str, &str); 2] =
+    [("VK_DRIVER_FILES", "/nonexistent.json"), ("VK_ICD_FILENAMES", "/nonexistent.json")];
+
+/// Fails with the code and a message that has every part, says the same in JSON, has simulated nothing and leaves
+/// nothing behind.
+fn refused(arguments: &[&str], expected: i32, parts: &[&str]) {
+    let folder = folder();
+    let before = names(folder.path());
+    let arguments: Vec<&str> = arguments.iter().copied().chain(["--json"]).collect();
+    let output = terrane(folder.path(), &arguments);
+    let message = stderr(&output);
+    assert_eq!(code(&output), expected, "{arguments:?}: {message}");
+    for part in parts {
+        assert!(message.contains(part), "{arguments:?}: `{part}` is not in: {message}");
+    }
+    let json = json(&output);
+    assert_eq!(json["error"]["exit_code"], expected, "{arguments:?}");
+    for part in parts {
+        assert!(json["error"]["message"].as_str().unwrap().contains(part), "{arguments:?}: {json}");
+    }
+    assert_eq!(json["stages"], Value::Array(vec![]), "{arguments:?}");
+    assert_eq!(json["outputs"], Value::Array(vec![]), "{arguments:?}");
+    assert_eq!(names(folder.path()), before, "{arguments:?}");
+}
+
+#[test]
+fn arguments_that_make_no_sense_are_refused() {
+    refused(&["render"], 2, &["<WORLD>"]);
+    refused(&["render", "world.toml", "--size", "64"], 2, &["1280x720"]);
+    refused(&["render", "world.toml", "--size", "0x20"], 2, &["between 1 and"]);
+    refused(
+        &["render", "world.toml", "--renderer", "trace"],
+        2,
+        &["not available in this version", "raster"],
+    );
+    refused(&["render", "world.toml", "--memory-limit", "2 bananas"], 2, &["GiB"]);
+    refused(&["render", "world.toml", "-o", "picture.jpg"], 2, &["picture.jpg", ".png or .exr"]);
+    refused(&["render", "world.toml", "-o", "picture"], 2, &[".png or .exr", "ends in /"]);
+    refused(&["export", "world.toml", "--layer", "heights"], 2, &["heights", "height"]);
+    refused(&["export", "world.toml", "--layer", "height", "water", "-o", "a.png"], 2, &["a.png", ".exr"]);
+    refused(&["export", "world.toml", "-o", "a.png", "--format", "exr"], 2, &["contradict"]);
+}
+
+#[test]
+fn mistakes_in_a_world_are_refused() {
+    refused(&["render", "world.toml", "--set", "terrain.cells=63"], 3, &["terrain.cells"]);
+    refused(&["render", "world.toml", "--set", "terrain.celsl=64"], 3, &["celsl", "cells"]);
+    refused(&["export", "bare.toml", "--layer", "reef"], 3, &["bare", "`reef`", "height"]);
+}
+
+#[test]
+fn what_cannot_be_read_or_written_is_named() {
+    refused(&["render", "missing.toml"], 7, &["missing.toml"]);
+    refused(&["render", "directory"], 7, &["directory"]);
+    refused(&["check", "directory"], 7, &["directory"]);
+    refused(&["render", "world.toml", "-o", "missing/a.png"], 7, &["missing/a.png", "make its folder first"]);
+    refused(&["render", "world.toml", "-o", "missing/folder/"], 7, &["missing/folder"]);
+    refused(&["render", "world.toml", "-o", "world.toml/a.png"], 7, &["world.toml/a.png"]);
+    refused(&["export", "world.toml", "-o", "missing/folder/"], 7, &["missing/folder"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_nobody_may_write_is_refused() {
+    // Not even root may make files there.
+    refused(&["render", "world.toml", "-o", "/proc/a.png"], 7, &["/proc/a.png"]);
+    refused(&["export", "world.toml", "-o", "/proc/self/"], 7, &["/proc/self/height.exr"]);
+}
+
+#[test]
+fn devices_and_drivers_that_are_not_there_are_refused() {
+    refused(&["render", "world.toml", "--device", "nonesuch"], 4, &["nonesuch"]);
+    refused(&["render", "world.toml", "--device", "99"], 4, &["99"]);
+
+    let folder = folder();
+    let before = names(folder.path());
+    for arguments in [&["render", "world.toml"][..], &["devices"]] {
+        let output = command(folder.path(), arguments).envs(NO_DRIVER).output().unwrap();
+        assert_eq!(code(&output), 4, "{}", stderr(&output));
+        assert!(stderr(&output).contains("mesa-vulkan-drivers"), "{}", stderr(&output));
+        assert_eq!(names(folder.path()), before);
+    }
+}
+
+#[test]
+fn memory_is_not_taken_beyond_the_limit() {
+    refused(&["render", "world.toml", "--memory-limit", "100KiB"], 6, &["--memory-limit"]);
+    refused(&["check", "world.toml", "--memory-limit", "100KiB"], 6, &["--memory-limit", "terrain.cells"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_leaves_no_file() {
+    let folder = folder();
+    fs::create_dir(folder.path().join("disk")).unwrap();
+    // A disk of one page, where a process may mount one; else files may have one block.
+    let mount = "mount -t tmpfs -o size=4k none disk";
+    let may_mount = Command::new("unshare")
+        .args(["-rm", "sh", "-c", mount])
+        .current_dir(folder.path())
+        .output()
+        .is_ok_and(|output| output.status.success());
+    let (shell, prepare): (&[&str], _) =
+        if may_mount { (&["unshare", "-rm", "sh"], mount) } else { (&["sh"], "trap '' XFSZ; ulimit -f 2") };
+    for (verb, name) in [("render", "a.exr"), ("export", "height.exr")] {
+        let script = format!(
+            "{prepare} && \"$0\" {verb} world.toml -o disk/{name} --quiet; code=$?; ls -A disk; exit $code"
+        );
+        let output = Command::new(shell[0])
+            .args(&shell[1..])
+            .args(["-c", &script, env!("CARGO_BIN_EXE_terrane")])
+            .current_dir(folder.path())
+            // Its files would be cut too.
+            .env("MESA_SHADER_CACHE_DISABLE", "true")
+            .output()
+            .unwrap();
+        assert_eq!(code(&output), 7, "{}", stderr(&output));
+        assert!(stderr(&output).contains(&format!("disk/{name}")), "{}", stderr(&output));
+        assert!(stderr(&output).contains("free some space"), "{}", stderr(&output));
+        assert_eq!(output.stdout, b"", "left behind: {}", String::from_utf8_lossy(&output.stdout));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_ends_with_130_and_leaves_no_file() {
+    for signal in ["INT", "TERM"] {
+        let folder = folder();
+        let before = names(folder.path());
+        let endless = ["render", "world.toml", "--json", "--set", "erosion.hydraulic.duration=100000"];
+        let mut child =
+            command(folder.path(), &endless).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        // The first stage is over: the simulation is under way.
+        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap().starts_with("base terrain")));
+        let pid = child.id().to_string();
+        assert!(Command::new("kill").args([format!("-{signal}"), pid]).status().unwrap().success());
+
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(code(&output), 130);
+        assert!(lines.any(|line| line.unwrap() == "error: interrupted; no file was written"));
+        let json = json(&output);
+        assert_eq!(json["error"]["exit_code"], 130);
+        assert_eq!(json["outputs"], Value::Array(vec![]));
+        assert_eq!(names(folder.path()), before);
+    }
+}
+
+#[test]
+fn nobody_reading_is_no_failure() {
+    let folder = folder();
+    for arguments in
+        [&["check", "world.toml"][..], &["check", "world.toml", "--json"], &["devices"], &["--help"]]
+    {
+        let mut child =
+            command(folder.path(), arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop((child.stdout.take(), child.stderr.take()));
+        assert_eq!(child.wait().unwrap().code(), Some(0), "{arguments:?}");
+    }
+    let mut child =
+        command(folder.path(), &["render", "missing.toml"]).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stderr.take());
+    assert_eq!(child.wait().unwrap().code(), Some(7));
+}
+
+#[test]
+fn quiet_is_quiet() {
+    let folder = folder();
+    let output = terrane(folder.path(), &["export", "bare.toml", "-q", "-o", "h.exr"]);
+    assert_eq!((code(&output), stderr(&output).as_str(), output.stdout.as_slice()), (0, "", &b""[..]));
+}
+
+// Helpers.
+
+/// A folder with the worlds, and a directory.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("world.toml"), WORLD).unwrap();
+    fs::write(folder.path().join("bare.toml"), BARE).unwrap();
+    fs::create_dir(folder.path().join("directory")).unwrap();
+    folder
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+fn terrane(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("it was not killed")
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// The one object on standard output.
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stdout)))
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+/// Channels by name, as an independent reader finds them.
+fn read_exr(path: &Path) -> Vec<(String, Vec<f32>)> {
+    let image = exr::prelude::read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .unwrap();
+    let channels = image.layer_data.channel_data.list.into_iter();
+    channels
+        .map(|channel| (channel.name.to_string(), channel.sample_data.values_as_f32().collect()))
+        .collect()
+}
+
+fn sha256(bytes: &[u8]) -> String {
+    use sha2::Digest;
+    sha2::Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
