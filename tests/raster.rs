@@ -37,7 +37,7 @@ fn sandbox(gpu: &Gpu, grid: Grid, height: impl Fn(f32, f32) -> f32) -> Scene {
             reef: upload(gpu, "reef", grid, &zeros),
             sea_level: -1e5,
         },
-        light: Light { sky: Sky::None, sun: None, air: None },
+        light: Light { sky: Sky::None, sun: None, air: None, clouds: 0.0 },
         sea: Sea { level: -1e5, attenuation: [0.3, 0.06, 0.03], deep_colour: [0.0; 3], roughness: 0.0 },
         surface: Surface {
             grass: [0.1, 0.15, 0.03],
@@ -97,7 +97,8 @@ fn island(gpu: &Gpu, cells: u32) -> Scene {
     scene.light = Light {
         sky: preetham::sky(2.2, position.direction()),
         sun: sun::sun(position, 2.2),
-        air: Some(air::air(1.3)),
+        air: Some(air::air(2.2)),
+        clouds: 0.5,
     };
     scene.sea.deep_colour = [0.003, 0.018, 0.05];
     scene.sea.roughness = 0.12;

@@ -43,6 +43,7 @@ layout(binding = 0, scalar) uniform Frame {
     vec3 haze_extinction;
     float molecule_height;
     float haze_height;
+    float clouds;            // how much of the horizon they cover, 0…1
 
     // Sea.
     vec3 attenuation;

@@ -32,6 +32,7 @@ layout(push_constant, scalar) uniform Push {
 #include "lib/air.glsl"
 #include "lib/light.glsl"
 #include "lib/sea.glsl"
+#include "lib/clouds.glsl"
 
 // A view ray's end on the ground, through air and perhaps water.
 struct Hit {
@@ -178,7 +179,7 @@ void main() {
     bool sea = sea_range > 0.0 && (ground_range == 0.0 || sea_range < ground_range);
     float path = sea ? sea_range : ground_range;
     if (path == 0.0) {
-        imageStore(radiance, at, vec4(sky_radiance(view) + sun_disc_radiance(view), 1.0));
+        imageStore(radiance, at, vec4(with_clouds(sky_radiance(view) + sun_disc_radiance(view), view, 1e9), 1.0));
         return;
     }
 
@@ -192,5 +193,5 @@ void main() {
     }
     vec3 seen = ground_radiance(hit, view);
     if (sea) seen = sea_radiance(surface, view, footprint, hit, seen);
-    imageStore(radiance, at, vec4(veil(seen, view, path), 1.0));
+    imageStore(radiance, at, vec4(with_clouds(veil(seen, view, path), view, path), 1.0));
 }

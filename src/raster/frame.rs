@@ -45,6 +45,7 @@ pub(super) fn values(
         attenuation: sea.attenuation,
         deep_colour: sea.deep_colour,
         roughness: sea.roughness,
+        clouds: light.clouds,
         grass: surface.grass,
         dry_grass: surface.dry_grass,
         rock: surface.rock,

@@ -43,6 +43,8 @@ pub struct Light {
     pub sun: Option<Sun>,
     /// `None` switches aerial perspective off.
     pub air: Option<Air>,
+    /// How much of the horizon fair-weather cumulus covers, 0…1.
+    pub clouds: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -525,6 +525,8 @@ section! {
     struct Preetham {
         /// Haze: 2 is a clear day, 10 a hazy one. Below 1.7 the model turns negative.
         turbidity: f32 = number(3.0, NONE, 1.7..=10.0).usual(2.0..=8.0),
+        /// How much of the horizon fair-weather clouds cover: 0 is none, 1 nearly all.
+        clouds: f32 = number(0.5, NONE, 0.0..=1.0),
     }
 }
 

@@ -327,7 +327,11 @@ impl Check<'_> {
                 sky::preetham::sky(turbidity, direction)
             }
         };
-        scene::Light { sky, sun, air: world.render.aerial.then(|| sky::air::air(turbidity)) }
+        let clouds = match &world.sky {
+            keys::Sky::Preetham(preetham) => preetham.clouds,
+            _ => 0.0,
+        };
+        scene::Light { sky, sun, air: world.render.aerial.then(|| sky::air::air(turbidity)), clouds }
     }
 
     fn sun_of_place(&mut self, place: &keys::SunPlace, turbidity: f64) -> (DVec3, Option<scene::Sun>) {
