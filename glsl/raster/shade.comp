@@ -132,9 +132,10 @@ float foam(vec2 xz, float depth, float exposure, float footprint) {
     // Three waves are breaking at a time; where a sample covers several of them only their mean is left.
     float fineness = resolved(1.1, length(height_slope(xz)) * footprint);
     float lines = mix(0.42, smoothstep(0.1, 0.9, sin(2.0 * PI * run / 1.1)), fineness);
-    float breakers = smoothstep(4.2, 2.2, run) * smoothstep(0.5, 1.3, run) * lines;
-    float behind = 0.55 * smoothstep(2.4, 0.8, run) * smoothstep(0.15, -0.35, lace.x) * smoothstep(-0.3, 0.4, torn.x);
-    float swash = 0.8 * smoothstep(0.45, 0.1, depth + 0.25 * torn.x);
+    float breakers = (1.0 - smoothstep(2.2, 4.2, run)) * smoothstep(0.5, 1.3, run) * lines;
+    float behind = 0.55 * (1.0 - smoothstep(0.8, 2.4, run)) * (1.0 - smoothstep(-0.35, 0.15, lace.x))
+                 * smoothstep(-0.3, 0.4, torn.x);
+    float swash = 0.8 * (1.0 - smoothstep(0.1, 0.45, depth + 0.25 * torn.x));
     return clamp(surge * max(max(breakers, behind), swash), 0.0, 1.0);
 }
 
@@ -151,9 +152,8 @@ vec3 sea_radiance(vec3 surface, vec3 view, float footprint, Hit bottom, vec3 bot
     mirror.y = max(mirror.y, 0.0);
     mirror.y += 1.5 * waves.deviation * exp(-mirror.y / (waves.deviation + 1e-3));
     mirror = normalize(mirror);
-    vec3 reflection = sky_radiance(mirror);
     vec4 land = mirrored_land(surface, mirror, waves.deviation);
-    reflection = mix(reflection, vec3(0.0), land.a) + land.rgb;
+    vec3 reflection = (1.0 - land.a) * sky_radiance(mirror) + land.rgb;
     vec3 sparkle = glitter(view, waves) * visible;
 
     // Water between surface and bottom adds its own colour as it takes the bottom's.
