@@ -95,7 +95,11 @@ impl Params {
         let longest = f64::from(self.safety) * 0.5 * f64::from(grid.cell_size()) / wave;
         let duration = f64::from(self.duration);
         let count = (duration / longest).ceil();
-        if count < 1.0 { Steps { count: 0, step: 0.0 } } else { Steps { count: count as u32, step: duration / count } }
+        if count < 1.0 {
+            Steps { count: 0, step: 0.0 }
+        } else {
+            Steps { count: count as u32, step: duration / count }
+        }
     }
 }
 
