@@ -19,7 +19,7 @@ impl Grid {
     }
 
     /// Number of samples.
-    pub fn len(self) -> usize {
+    pub fn samples(self) -> usize {
         self.cells as usize * self.cells as usize
     }
 

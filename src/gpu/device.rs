@@ -1,0 +1,520 @@
+//! Choosing a device and opening it.
+
+use super::{
+    error::{Error, Result, vk_error},
+    memory::{Memory, Usage},
+};
+use ash::{ext, vk};
+use std::{
+    ffi::{CStr, CString, c_char, c_void},
+    fmt,
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
+};
+
+/// How to open a device.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Index or part of the name, as `terrane devices` lists them; `None` takes the fastest kind.
+    pub device: Option<String>,
+    /// Most bytes of device memory that may be allocated; `None` is 80 % of the device-local heap, and of free RAM
+    /// on a CPU device.
+    pub memory_limit: Option<u64>,
+    /// Switches the validation layer on (core and synchronization); its messages are collected here.
+    pub validation: Option<MessageLog>,
+}
+
+/// Messages of the validation layer. Clones share one list.
+#[derive(Clone, Debug, Default)]
+pub struct MessageLog(Arc<Mutex<Vec<String>>>);
+
+impl MessageLog {
+    /// The messages so far; the list is emptied.
+    pub fn take(&self) -> Vec<String> {
+        std::mem::take(&mut *lock(&self.0))
+    }
+}
+
+/// What a device is, in the order of preference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    Discrete,
+    Integrated,
+    Virtual,
+    Cpu,
+    Other,
+}
+
+impl fmt::Display for DeviceKind {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        out.write_str(match self {
+            DeviceKind::Discrete => "discrete GPU",
+            DeviceKind::Integrated => "integrated GPU",
+            DeviceKind::Virtual => "virtual GPU",
+            DeviceKind::Cpu => "CPU",
+            DeviceKind::Other => "other",
+        })
+    }
+}
+
+/// A Vulkan device of this machine.
+#[derive(Clone, Debug)]
+pub struct DeviceInfo {
+    pub index: usize,
+    pub name: String,
+    pub kind: DeviceKind,
+    /// Name and version of the driver.
+    pub driver: String,
+    /// Version of Vulkan: major, minor, patch.
+    pub vulkan: [u32; 3],
+    /// Bytes of the largest device-local heap.
+    pub memory: u64,
+    /// Largest width and height of an image.
+    pub max_image: u32,
+    /// What terrane needs and the device lacks; empty if it can be used.
+    pub missing: Vec<&'static str>,
+}
+
+/// Every Vulkan device of this machine, usable or not.
+pub fn devices() -> Result<Vec<DeviceInfo>> {
+    let instance = Instance::new(None)?;
+    Ok(instance.candidates()?.into_iter().map(|candidate| candidate.info).collect())
+}
+
+/// A device that has been opened. Clones are cheap and share it.
+#[derive(Clone)]
+pub struct Gpu(Arc<Shared>);
+
+pub(super) struct Shared {
+    pub device: ash::Device,
+    pub debug: Option<ext::debug_utils::Device>,
+    pub limits: vk::PhysicalDeviceLimits,
+    pub queue_family: u32,
+    pub pipeline_cache: vk::PipelineCache,
+    queue: Mutex<vk::Queue>,
+    memory: Mutex<Option<Memory>>,
+    physical: vk::PhysicalDevice,
+    info: DeviceInfo,
+    // Dropped last: the instance outlives everything made from it.
+    instance: Instance,
+}
+
+impl Gpu {
+    /// Opens the device that `options` name.
+    pub fn new(options: &Options) -> Result<Gpu> {
+        let instance = Instance::new(options.validation.clone())?;
+        let candidate = choose(instance.candidates()?, options.device.as_deref())?;
+        open(instance, candidate, options.memory_limit)
+    }
+
+    pub fn info(&self) -> &DeviceInfo {
+        &self.0.info
+    }
+
+    /// Device memory in use, by name.
+    pub fn memory(&self) -> Usage {
+        lock(&self.0.memory).as_ref().map(Memory::usage).unwrap_or_default()
+    }
+
+    pub(super) fn shared(&self) -> &Shared {
+        &self.0
+    }
+
+    /// The queue, for as long as one thread uses it.
+    pub(super) fn queue(&self) -> MutexGuard<'_, vk::Queue> {
+        lock(&self.0.queue)
+    }
+
+    pub(super) fn with_memory<T>(&self, work: impl FnOnce(&mut Memory) -> T) -> Option<T> {
+        lock(&self.0.memory).as_mut().map(work)
+    }
+
+    /// Whether images of `format` can be used as `usage` says.
+    pub(super) fn check_format(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> Result<()> {
+        // SAFETY: the physical device belongs to this instance, which is alive.
+        let properties =
+            unsafe { self.0.instance.raw.get_physical_device_format_properties(self.0.physical, format) };
+        let needed = [
+            (vk::ImageUsageFlags::STORAGE, vk::FormatFeatureFlags::STORAGE_IMAGE),
+            (vk::ImageUsageFlags::COLOR_ATTACHMENT, vk::FormatFeatureFlags::COLOR_ATTACHMENT),
+            (vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT, vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT),
+        ];
+        for (use_, feature) in needed {
+            if usage.contains(use_) && !properties.optimal_tiling_features.contains(feature) {
+                return Err(Error::Unsupported(format!("{format:?} images as {use_:?}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives a Vulkan object the name that validation messages and debuggers show.
+    pub(super) fn name<T: vk::Handle>(&self, handle: T, name: &str) {
+        let Some(debug) = &self.0.debug else { return };
+        let Ok(name) = CString::new(name) else { return };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+        // SAFETY: the handle belongs to this device and is not in use by another thread: it is being created.
+        // A name that cannot be set is no loss.
+        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+    }
+}
+
+impl fmt::Debug for Gpu {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        write!(out, "Gpu({})", self.0.info.name)
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        // Frees the memory blocks while the device is alive.
+        lock(&self.memory).take();
+        // SAFETY: every object made from the device holds a `Gpu`, so all of them are gone, and submissions wait
+        // for their fence before they go.
+        unsafe {
+            self.device.destroy_pipeline_cache(self.pipeline_cache, None);
+            self.device.destroy_device(None);
+        }
+    }
+}
+
+/// The lock, also after a panic elsewhere: what it guards stays consistent between calls.
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// The loader's side: an instance, and a messenger if validation is on.
+struct Instance {
+    raw: ash::Instance,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    has_debug_utils: bool,
+    // The messenger writes here until the instance is gone.
+    _log: Option<MessageLog>,
+    // The loader's library stays mapped as long as the functions in it may be called.
+    _entry: ash::Entry,
+}
+
+impl Instance {
+    fn new(log: Option<MessageLog>) -> Result<Instance> {
+        // SAFETY: loading the Vulkan loader runs its initializers, which are sound in any loader that conforms.
+        let entry = unsafe { ash::Entry::load() }
+            .map_err(|error| Error::Loader { reason: format!("the Vulkan loader is missing ({error})") })?;
+        // SAFETY: a global function of a loader that is loaded.
+        let version = unsafe { entry.try_enumerate_instance_version() }.ok().flatten();
+        if version.unwrap_or(vk::API_VERSION_1_0) < vk::API_VERSION_1_3 {
+            return Err(Error::Loader { reason: "the Vulkan loader is older than 1.3".into() });
+        }
+        let has_debug_utils = has_debug_utils(&entry, log.is_some())?;
+        let extensions: Vec<*const c_char> =
+            has_debug_utils.then_some(ext::debug_utils::NAME.as_ptr()).into_iter().collect();
+        let layers: Vec<*const c_char> =
+            log.is_some().then_some(VALIDATION_LAYER.as_ptr()).into_iter().collect();
+        if log.is_some() && !has_layer(&entry, VALIDATION_LAYER)? {
+            return Err(Error::Unsupported(
+                "the validation layer is not installed (Debian and Ubuntu: apt install vulkan-validationlayers)"
+                    .into(),
+            ));
+        }
+
+        let application = vk::ApplicationInfo::default()
+            .application_name(c"terrane")
+            .engine_name(c"terrane")
+            .api_version(vk::API_VERSION_1_3);
+        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        let mut messenger_info = messenger_info(log.as_ref());
+        let mut info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_extension_names(&extensions)
+            .enabled_layer_names(&layers);
+        if log.is_some() {
+            info = info.push_next(&mut features).push_next(&mut messenger_info);
+        }
+        // SAFETY: `info` and all it points to live until the call returns; the log outlives the instance in `_log`.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
+                Error::Loader { reason: "the Vulkan loader finds no driver".into() }
+            }
+            result => Error::Vk { op: "vkCreateInstance", result },
+        })?;
+        let mut instance = Instance { raw, messenger: None, has_debug_utils, _log: log, _entry: entry };
+        if instance._log.is_some() {
+            let debug = ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
+            let info = self::messenger_info(instance._log.as_ref());
+            // SAFETY: the extension is enabled; the log that the callback writes to lives as long as the instance.
+            let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
+                .map_err(vk_error("vkCreateDebugUtilsMessengerEXT"))?;
+            instance.messenger = Some((debug, messenger));
+        }
+        Ok(instance)
+    }
+
+    fn candidates(&self) -> Result<Vec<Candidate>> {
+        // SAFETY: the instance is alive.
+        let physical = unsafe { self.raw.enumerate_physical_devices() }.map_err(|result| match result {
+            vk::Result::ERROR_INITIALIZATION_FAILED => {
+                Error::Loader { reason: "the Vulkan drivers do not start".into() }
+            }
+            result => Error::Vk { op: "vkEnumeratePhysicalDevices", result },
+        })?;
+        Ok(physical
+            .into_iter()
+            .enumerate()
+            .map(|(index, physical)| self.candidate(index, physical))
+            .collect())
+    }
+
+    fn candidate(&self, index: usize, physical: vk::PhysicalDevice) -> Candidate {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+        // SAFETY: the physical device belongs to this instance; the chain is made of live structs that Vulkan 1.2
+        // knows, and a device below that version leaves the ones it does not know untouched.
+        unsafe { self.raw.get_physical_device_properties2(physical, &mut properties) };
+        let properties = properties.properties;
+        // SAFETY: as above.
+        let memory = unsafe { self.raw.get_physical_device_memory_properties(physical) };
+        // SAFETY: as above.
+        let queues = unsafe { self.raw.get_physical_device_queue_family_properties(physical) };
+        let queue_family = queues.iter().position(|family| {
+            family.queue_flags.contains(vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE)
+        });
+        let mut missing = Vec::new();
+        if properties.api_version < vk::API_VERSION_1_3 {
+            missing.push("Vulkan 1.3");
+        } else {
+            missing.extend(self.missing_features(physical));
+        }
+        if queue_family.is_none() {
+            missing.push("a queue for graphics and compute");
+        }
+        let version = properties.api_version;
+        let info = DeviceInfo {
+            index,
+            name: text(&properties.device_name),
+            kind: match properties.device_type {
+                vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+                vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+                vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+                vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+                _ => DeviceKind::Other,
+            },
+            driver: format!("{} {}", text(&driver.driver_name), text(&driver.driver_info)).trim().to_owned(),
+            vulkan: [
+                vk::api_version_major(version),
+                vk::api_version_minor(version),
+                vk::api_version_patch(version),
+            ],
+            memory: memory
+                .memory_heaps_as_slice()
+                .iter()
+                .filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+                .map(|heap| heap.size)
+                .max()
+                .unwrap_or(0),
+            max_image: properties.limits.max_image_dimension2_d,
+            missing,
+        };
+        Candidate {
+            physical,
+            queue_family: queue_family.unwrap_or(0) as u32,
+            limits: properties.limits,
+            info,
+        }
+    }
+
+    fn missing_features(&self, physical: vk::PhysicalDevice) -> Vec<&'static str> {
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        // SAFETY: the physical device belongs to this instance and supports 1.3, so it knows the structs.
+        unsafe { self.raw.get_physical_device_features2(physical, &mut features) };
+        let tessellation = features.features.tessellation_shader;
+        [
+            (tessellation, "tessellation shaders"),
+            (v12.scalar_block_layout, "scalar block layout"),
+            (v13.dynamic_rendering, "dynamic rendering"),
+            (v13.synchronization2, "synchronization2"),
+            (v13.maintenance4, "maintenance4"),
+        ]
+        .into_iter()
+        .filter(|(present, _)| *present == vk::FALSE)
+        .map(|(_, name)| name)
+        .collect()
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: the device was destroyed before (it is a field above in `Shared`, or never made).
+        unsafe {
+            if let Some((debug, messenger)) = self.messenger.take() {
+                debug.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}
+
+struct Candidate {
+    physical: vk::PhysicalDevice,
+    queue_family: u32,
+    limits: vk::PhysicalDeviceLimits,
+    info: DeviceInfo,
+}
+
+/// The candidate that `wanted` names, or the best usable one.
+fn choose(mut candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
+    let list = candidates
+        .iter()
+        .map(|candidate| format!("{}: {}", candidate.info.index, candidate.info.name))
+        .collect::<Vec<_>>()
+        .join("; ");
+    let index = match wanted {
+        Some(wanted) => candidates
+            .iter()
+            .position(|candidate| {
+                wanted.parse() == Ok(candidate.info.index)
+                    || candidate.info.name.to_lowercase().contains(&wanted.to_lowercase())
+            })
+            .ok_or_else(|| Error::NoDevice(format!("no device matches `{wanted}`; there is {list}")))?,
+        None => {
+            let usable =
+                candidates.iter().enumerate().filter(|(_, candidate)| candidate.info.missing.is_empty());
+            let best = usable.min_by_key(|(index, candidate)| (candidate.info.kind, *index));
+            best.map(|(index, _)| index).ok_or_else(|| match candidates.is_empty() {
+                true => Error::Loader { reason: "the Vulkan drivers find no device".into() },
+                false => Error::NoDevice(format!(
+                    "no device can run terrane; `terrane devices` says why; there is {list}"
+                )),
+            })?
+        }
+    };
+    let chosen = candidates.swap_remove(index);
+    if !chosen.info.missing.is_empty() {
+        let missing = chosen.info.missing.join(", ");
+        return Err(Error::NoDevice(format!("{} lacks {missing}; there is {list}", chosen.info.name)));
+    }
+    Ok(chosen)
+}
+
+fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> Result<Gpu> {
+    let Candidate { physical, queue_family, limits, info } = candidate;
+    let priorities = [1.0];
+    let queues =
+        [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
+    let features = vk::PhysicalDeviceFeatures::default().tessellation_shader(true);
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        .maintenance4(true);
+    let create = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_features(&features)
+        .push_next(&mut v12)
+        .push_next(&mut v13);
+    // SAFETY: all features were seen to be supported; the structs live until the call returns.
+    let device =
+        unsafe { instance.raw.create_device(physical, &create, None) }.map_err(vk_error("vkCreateDevice"))?;
+    // SAFETY: the family was asked for one queue.
+    let queue = unsafe { device.get_device_queue(queue_family, 0) };
+    let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &device));
+    let memory =
+        Memory::new(&instance.raw, &device, physical, memory_limit.unwrap_or_else(|| default_limit(&info)));
+    // SAFETY: the device is alive.
+    let pipeline_cache =
+        unsafe { device.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None) };
+    let (memory, pipeline_cache) = match (memory, pipeline_cache.map_err(vk_error("vkCreatePipelineCache"))) {
+        (Ok(memory), Ok(cache)) => (memory, cache),
+        (Err(error), _) | (_, Err(error)) => {
+            // SAFETY: nothing made from the device is in use; a cache that may exist goes with the process's end.
+            unsafe { device.destroy_device(None) };
+            return Err(error);
+        }
+    };
+    Ok(Gpu(Arc::new(Shared {
+        device,
+        debug,
+        limits,
+        queue_family,
+        pipeline_cache,
+        queue: Mutex::new(queue),
+        memory: Mutex::new(Some(memory)),
+        physical,
+        info,
+        instance,
+    })))
+}
+
+/// 80 % of the device's heap, and of free RAM where the device is the CPU.
+fn default_limit(info: &DeviceInfo) -> u64 {
+    let available = match info.kind {
+        DeviceKind::Cpu => free_ram().map_or(info.memory, |free| free.min(info.memory)),
+        _ => info.memory,
+    };
+    available / 5 * 4
+}
+
+/// `MemAvailable` where the system tells it.
+fn free_ram() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
+}
+
+fn has_debug_utils(entry: &ash::Entry, with_validation: bool) -> Result<bool> {
+    let layers = [None, with_validation.then_some(VALIDATION_LAYER)];
+    for layer in layers.into_iter().take(1 + usize::from(with_validation)) {
+        // SAFETY: a global function of a loader that is loaded; the name is a C string.
+        let extensions = match unsafe { entry.enumerate_instance_extension_properties(layer) } {
+            Err(vk::Result::ERROR_LAYER_NOT_PRESENT) => continue,
+            other => other.map_err(vk_error("vkEnumerateInstanceExtensionProperties"))?,
+        };
+        if extensions.iter().any(|it| it.extension_name_as_c_str() == Ok(ext::debug_utils::NAME)) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+fn has_layer(entry: &ash::Entry, name: &CStr) -> Result<bool> {
+    // SAFETY: a global function of a loader that is loaded.
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }
+        .map_err(vk_error("vkEnumerateInstanceLayerProperties"))?;
+    Ok(layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(name)))
+}
+
+fn messenger_info(log: Option<&MessageLog>) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
+    let user_data = log.map_or(std::ptr::null_mut(), |log| Arc::as_ptr(&log.0).cast_mut().cast::<c_void>());
+    vk::DebugUtilsMessengerCreateInfoEXT::default()
+        .message_severity(
+            vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+        )
+        // Not PERFORMANCE: that is advice, and it advises against images in GENERAL, which is our policy.
+        .message_type(
+            vk::DebugUtilsMessageTypeFlagsEXT::GENERAL | vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION,
+        )
+        .pfn_user_callback(Some(on_message))
+        .user_data(user_data)
+}
+
+unsafe extern "system" fn on_message(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT,
+    user_data: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer passes valid data with a C string, and `user_data` is the list inside the instance's log.
+    let (data, log) = unsafe { (data.as_ref(), user_data.cast::<Mutex<Vec<String>>>().as_ref()) };
+    // SAFETY: as above.
+    let message = data.and_then(|data| unsafe { data.message_as_c_str() });
+    if let (Some(message), Some(log)) = (message, log) {
+        lock(log).push(message.to_string_lossy().into_owned());
+    }
+    vk::FALSE
+}
+
+fn text(characters: &[c_char]) -> String {
+    let bytes: Vec<u8> = characters.iter().take_while(|it| **it != 0).map(|it| *it as u8).collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,37 @@
+//! The Vulkan layer: ash by hand, and the only room with `unsafe`.
+//!
+//! - [`Gpu`] is a cheap handle to a device; [`Image`], [`Layers`] and [`Buffer`] are named handles whose last drop frees them.
+//! - [`Compute`] and [`Raster`] are pipelines, typed by an [`Interface`] that build.rs writes from the shaders.
+//! - A [`Recorder`] takes passes and becomes a [`Submission`]; what the passes name lives until it has finished.
+//!
+//! **Barriers.** Every pass waits for all before it: one global memory barrier at each boundary. Our work is chains in
+//! which each pass needs the last, so finer tracking would buy nothing. [`Recorder::concurrent`] leaves the barriers
+//! out between passes that do not depend on each other.
+//!
+//! **Layouts.** Images are in `GENERAL` from birth to death.
+//!
+//! **Birth.** Images and buffers are created zeroed, so that no run depends on what memory held before.
+
+mod buffer;
+mod device;
+mod error;
+pub mod format;
+mod image;
+mod memory;
+mod pipeline;
+mod recorder;
+mod submission;
+
+pub use self::{
+    buffer::Buffer,
+    device::{DeviceInfo, DeviceKind, Gpu, MessageLog, Options, devices},
+    error::{Error, Result},
+    image::{Attachable, Image, Layers, PingPong},
+    memory::Usage,
+    pipeline::{
+        Bind, Bindable, BindingLayout, Blend, Compute, ComputeInterface, Cull, Depth, Descriptor, Interface,
+        Raster, RasterInterface, RasterState, ResourceKind, Specialize, StageKind, Topology,
+    },
+    recorder::{Draw, Draws, Load, Recorder, Targets, Transfer},
+    submission::{Download, Finished, Submission, Timing},
+};

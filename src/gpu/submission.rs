@@ -1,0 +1,146 @@
+//! Work that the device is doing, and what it left when it has finished.
+
+use super::{
+    buffer,
+    device::Gpu,
+    error::{Error, Result, vk_error},
+    pipeline::Share,
+    recorder::Objects,
+};
+use ash::vk;
+use bytemuck::Pod;
+use std::{collections::HashMap, marker::PhantomData, sync::Arc, time::Duration};
+
+/// Passes on their way through the device. Dropping it waits for them.
+pub struct Submission {
+    objects: Objects,
+    fence: vk::Fence,
+    stamps: Vec<Stamp>,
+    last_pass: &'static str,
+    // Everything the passes name, alive until they have finished.
+    _held: HashMap<usize, Share>,
+}
+
+/// A submission that the device has finished.
+#[derive(Clone, Debug, Default)]
+pub struct Finished {
+    /// Time on the device by pass, in the order of recording; empty unless the recorder was timed.
+    pub timings: Vec<Timing>,
+}
+
+/// Time on the device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Timing {
+    /// The pass: `room/stem` of its shader.
+    pub name: &'static str,
+    pub duration: Duration,
+}
+
+/// Bytes on their way back from the device.
+#[derive(Clone)]
+pub struct Download<T: Pod>(Option<Arc<buffer::Raw>>, PhantomData<T>);
+
+/// Two timestamps round a pass.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stamp {
+    pub name: &'static str,
+    /// Query before the pass; the one behind it follows.
+    pub first: u32,
+}
+
+impl Submission {
+    pub(super) fn new(
+        objects: Objects,
+        command: vk::CommandBuffer,
+        held: HashMap<usize, Share>,
+        stamps: Vec<Stamp>,
+        last_pass: &'static str,
+    ) -> Result<Submission> {
+        let gpu = objects.gpu.clone();
+        let device = &gpu.shared().device;
+        // SAFETY: the device is alive.
+        let fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }
+            .map_err(vk_error("vkCreateFence"))?;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(command)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        // SAFETY: the command buffer has ended; the queue is locked; what the commands name is in `held`.
+        let result = unsafe { device.queue_submit2(*gpu.queue(), &submit, fence) };
+        if let Err(result) = result {
+            // SAFETY: the submission failed, so nothing signals the fence.
+            unsafe { device.destroy_fence(fence, None) };
+            return Err(lost_or(result, last_pass, "vkQueueSubmit2"));
+        }
+        Ok(Submission { objects, fence, stamps, last_pass, _held: held })
+    }
+
+    /// Waits until the device has finished.
+    pub fn wait(self) -> Result<Finished> {
+        self.wait_for_fence()?;
+        Ok(Finished { timings: self.timings()? })
+    }
+
+    fn gpu(&self) -> &Gpu {
+        &self.objects.gpu
+    }
+
+    fn wait_for_fence(&self) -> Result<()> {
+        // SAFETY: the fence was submitted with the commands.
+        unsafe { self.gpu().shared().device.wait_for_fences(&[self.fence], true, u64::MAX) }
+            .map_err(|result| lost_or(result, self.last_pass, "vkWaitForFences"))
+    }
+
+    fn timings(&self) -> Result<Vec<Timing>> {
+        let Some(queries) = self.objects.queries.filter(|_| !self.stamps.is_empty()) else {
+            return Ok(Vec::new());
+        };
+        let mut ticks = vec![0_u64; 2 * self.stamps.len()];
+        let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+        // SAFETY: as many queries were written as the slice has elements.
+        unsafe { self.gpu().shared().device.get_query_pool_results(queries, 0, &mut ticks, flags) }
+            .map_err(vk_error("vkGetQueryPoolResults"))?;
+        let period = f64::from(self.gpu().shared().limits.timestamp_period);
+        let timing = |stamp: &Stamp| {
+            let first = stamp.first as usize;
+            let nanoseconds = ticks[first + 1].saturating_sub(ticks[first]) as f64 * period;
+            Timing { name: stamp.name, duration: Duration::from_nanos(nanoseconds as u64) }
+        };
+        Ok(self.stamps.iter().map(timing).collect())
+    }
+}
+
+impl Drop for Submission {
+    fn drop(&mut self) {
+        // Without the device there is nothing left to wait for.
+        let _ = self.wait_for_fence();
+        // SAFETY: the fence has been waited for, or its device is lost.
+        unsafe { self.gpu().shared().device.destroy_fence(self.fence, None) };
+    }
+}
+
+impl<T: Pod> Default for Download<T> {
+    fn default() -> Self {
+        Download(None, PhantomData)
+    }
+}
+
+impl<T: Pod> From<Arc<buffer::Raw>> for Download<T> {
+    fn from(raw: Arc<buffer::Raw>) -> Self {
+        Download(Some(raw), PhantomData)
+    }
+}
+
+impl<T: Pod> Download<T> {
+    /// The elements, row by row and layer by layer. `_finished` is the submission of the recorder that made this
+    /// download: what it proves is that the copy is over.
+    pub fn take(self, _finished: &Finished) -> Vec<T> {
+        let bytes = self.0.as_ref().and_then(|raw| raw.mapped()).unwrap_or_default();
+        bytemuck::pod_collect_to_vec(bytes)
+    }
+}
+
+fn lost_or(result: vk::Result, last_pass: &'static str, op: &'static str) -> Error {
+    match result {
+        vk::Result::ERROR_DEVICE_LOST => Error::Lost { after: last_pass.into() },
+        result => vk_error(op)(result),
+    }
+}

@@ -1,0 +1,46 @@
+//! What every test with a device needs: one device a process, under validation, and comparisons that can fail.
+
+// Each test crate uses its own part of the kit.
+#![allow(dead_code)]
+
+pub mod field;
+
+use std::{ops::Deref, sync::OnceLock};
+use terrane::gpu::{Gpu, MessageLog, Options};
+
+/// The device that the tests of one process share. Any validation message fails the test that drops the guard.
+pub fn gpu() -> Guard {
+    static SHARED: OnceLock<(Gpu, MessageLog)> = OnceLock::new();
+    let (gpu, log) = SHARED.get_or_init(validated_gpu);
+    Guard { gpu: gpu.clone(), log: log.clone() }
+}
+
+/// A device of its own, with core and synchronization validation, and the log of its messages.
+pub fn validated_gpu() -> (Gpu, MessageLog) {
+    let log = MessageLog::default();
+    let options = Options { validation: Some(log.clone()), ..Options::default() };
+    (Gpu::new(&options).expect("a Vulkan device and the validation layer"), log)
+}
+
+/// A shared device; see [`gpu`].
+pub struct Guard {
+    gpu: Gpu,
+    log: MessageLog,
+}
+
+impl Deref for Guard {
+    type Target = Gpu;
+
+    fn deref(&self) -> &Gpu {
+        &self.gpu
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        let messages = self.log.take();
+        if !std::thread::panicking() {
+            assert!(messages.is_empty(), "validation messages:\n{}", messages.join("\n"));
+        }
+    }
+}
