@@ -16,7 +16,12 @@ pub fn height(lattice: Lattice, layers: &[Layer]) -> Vec<f64> {
 }
 
 /// Catmull–Rom interpolation of a raster stretched over the grid; samples are vertices.
-pub fn bicubic(lattice: Lattice, width: usize, height: usize, values: impl Fn(usize, usize) -> f64 + Sync) -> Vec<f64> {
+pub fn bicubic(
+    lattice: Lattice,
+    width: usize,
+    height: usize,
+    values: impl Fn(usize, usize) -> f64 + Sync,
+) -> Vec<f64> {
     lattice.map(|i, j| {
         let (column, wx) = catmull_rom(i as f64 / (lattice.n - 1) as f64 * (width - 1) as f64);
         let (row, wz) = catmull_rom(j as f64 / (lattice.n - 1) as f64 * (height - 1) as f64);

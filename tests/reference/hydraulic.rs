@@ -1,6 +1,6 @@
 //! Hydraulic erosion by virtual pipes (Mei, Decaudin & Hu 2007), mended.
 
-use super::lattice::{Lattice, OPPOSITE, sum};
+use super::lattice::{Lattice, OPPOSITE, each, sum};
 use std::f64::consts::SQRT_2;
 use terrane::terrain::Boundary;
 use terrane::terrain::hydraulic::{Params, Pipes, Section, Slope, Transport};
@@ -135,7 +135,7 @@ impl Erosion {
                 if cells[at].d <= DRY {
                     return s[at];
                 }
-                let exchange: [f64; 8] = std::array::from_fn(|k| match self.lattice.neighbour(i, j, k) {
+                let exchange: [f64; 8] = each(|k| match self.lattice.neighbour(i, j, k) {
                     Some(n) if k < 4 && cells[n].d > DRY => s[n] - s[at],
                     _ => 0.0,
                 });
@@ -170,7 +170,7 @@ impl Erosion {
     /// Transport by the pipes: sediment leaves with the water that carries it.
     fn carried(&self, cells: &[Cell], i: usize, j: usize) -> f64 {
         let cell = &cells[self.lattice.index(i, j)];
-        let inflow: [f64; 8] = std::array::from_fn(|k| match self.lattice.neighbour(i, j, k) {
+        let inflow: [f64; 8] = each(|k| match self.lattice.neighbour(i, j, k) {
             Some(n) => cells[n].flux[OPPOSITE[k]] * cells[n].c,
             None => 0.0,
         });
@@ -200,7 +200,7 @@ impl Erosion {
         }
         let [gx, gz] = self.lattice.gradient(i, j, |at| columns[at].surface);
         let gradient = (gx * gx + gz * gz).sqrt();
-        let wanted: [f64; 8] = std::array::from_fn(|k| {
+        let wanted: [f64; 8] = each(|k| {
             let Some(pipe) = self.pipe(k) else { return 0.0 };
             let there = match self.lattice.neighbour(i, j, k) {
                 Some(n) => columns[n],
@@ -212,7 +212,7 @@ impl Erosion {
         let total = sum(&wanted);
         let most = here.depth * cell * cell / self.step;
         let scale = if total > most { most / total } else { 1.0 }; // (9)
-        wanted.map(|flux| scale * flux)
+        each(|k| scale * wanted[k])
     }
 
     /// Discharge per width through one pipe after a step (7), bed drag solved implicitly.
@@ -242,10 +242,11 @@ impl Erosion {
         let Lattice { cell, .. } = self.lattice;
         let at = self.lattice.index(i, j);
         let (old, params) = (&cells[at], &self.params);
-        let (Column { h, depth: before, is_sea, .. }, flux, s) = (flow.columns[at], flow.flux[at], flow.s[at]);
+        let (Column { h, depth: before, is_sea, .. }, flux, s) =
+            (flow.columns[at], flow.flux[at], flow.s[at]);
         let e = old.e + self.bed_diffusion(cells, i, j);
 
-        let inflow: [f64; 8] = std::array::from_fn(|k| match self.lattice.neighbour(i, j, k) {
+        let inflow: [f64; 8] = each(|k| match self.lattice.neighbour(i, j, k) {
             Some(n) => flow.flux[n][OPPOSITE[k]],
             None => 0.0,
         });
@@ -302,7 +303,7 @@ impl Erosion {
         let Lattice { cell, .. } = self.lattice;
         let at = self.lattice.index(i, j);
         let (creep, bank) = (f64::from(self.params.creep), f64::from(self.params.bank_diffusion));
-        let exchange: [f64; 8] = std::array::from_fn(|k| match self.lattice.neighbour(i, j, k) {
+        let exchange: [f64; 8] = each(|k| match self.lattice.neighbour(i, j, k) {
             Some(n) if k < 4 => {
                 let diffusivity = creep + bank * 0.5 * (cells[at].q + cells[n].q);
                 let share = (diffusivity * self.step / (cell * cell)).min(0.2);
@@ -318,7 +319,7 @@ impl Erosion {
         if depths <= 2.0 * DRY {
             return [0.0, 0.0];
         }
-        let y: [f64; 8] = std::array::from_fn(|k| out[k] - inflow[k]);
+        let y: [f64; 8] = each(|k| out[k] - inflow[k]);
         let x = (y[1] - y[0]) + ((y[5] + y[7]) - (y[4] + y[6]));
         let z = (y[3] - y[2]) + ((y[6] + y[7]) - (y[4] + y[5]));
         let Lattice { cell, .. } = self.lattice;
@@ -337,7 +338,7 @@ impl Erosion {
                 (x * x + z * z).sqrt()
             }
             Slope::Outflow => {
-                let drops: [f64; 8] = std::array::from_fn(|k| {
+                let drops: [f64; 8] = each(|k| {
                     if flux[k] == 0.0 {
                         return 0.0;
                     }
@@ -352,6 +353,7 @@ impl Erosion {
     }
 
     /// Pipe `k`, with widths that make eight pipes isotropic.
+    #[inline(always)]
     fn pipe(&self, k: usize) -> Option<Pipe> {
         let Lattice { cell, .. } = self.lattice;
         let width = match (self.params.pipes, k < 4) {

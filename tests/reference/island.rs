@@ -57,7 +57,8 @@ pub fn settled(plan: &Plan, mut h: Vec<f64>) -> Vec<f64> {
     let Some(settle) = plan.thermal.and_then(|thermal| thermal.settle) else { return h };
     let tangent = f64::from(settle.repose).tan();
     for _ in 0..thermal::settling_passes(f64::from(settle.length), lattice.cell) {
-        let change = thermal::pass(lattice, Law::Excess, thermal::LARGEST_SHARE, &h, |_| Some(tangent), |_| 1.0);
+        let change =
+            thermal::pass(lattice, Law::Excess, thermal::LARGEST_SHARE, &h, |_| Some(tangent), |_| 1.0);
         h.iter_mut().zip(change).for_each(|(h, change)| *h += change);
     }
     h

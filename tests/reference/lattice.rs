@@ -4,7 +4,8 @@ use rayon::prelude::*;
 use terrane::core::grid::Grid;
 
 /// Columns and rows to the neighbours: L, R, T, B, TL, TR, BL, BR.
-pub const OFFSETS: [(isize, isize); 8] = [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
+pub const OFFSETS: [(isize, isize); 8] =
+    [(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, -1), (-1, 1), (1, 1)];
 
 /// From a neighbour back to the cell.
 pub const OPPOSITE: [usize; 8] = [1, 0, 3, 2, 7, 6, 5, 4];
@@ -66,7 +67,11 @@ impl Lattice {
     }
 
     /// The same in a raster's memory.
-    pub fn fill<T: Send + Default + Clone>(self, raster: &mut Vec<T>, value: impl Fn(usize, usize) -> T + Sync) {
+    pub fn fill<T: Send + Default + Clone>(
+        self,
+        raster: &mut Vec<T>,
+        value: impl Fn(usize, usize) -> T + Sync,
+    ) {
         raster.resize(self.len(), T::default());
         raster.par_chunks_mut(self.n).enumerate().for_each(|(j, row)| {
             row.iter_mut().enumerate().for_each(|(i, cell)| *cell = value(i, j));
@@ -83,4 +88,10 @@ impl Lattice {
 /// Sum over the eight neighbours in an order that flips and quarter turns leave alone.
 pub fn sum(a: &[f64; 8]) -> f64 {
     ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[7]) + (a[5] + a[6]))
+}
+
+/// One value for each neighbour; unrolled, since whole islands are made of it.
+#[inline(always)]
+pub fn each<T>(value: impl Fn(usize) -> T) -> [T; 8] {
+    [value(0), value(1), value(2), value(3), value(4), value(5), value(6), value(7)]
 }

@@ -19,7 +19,7 @@ pub fn simplex(x: f64, z: f64, seed: u32) -> f64 {
             (0.5 - x * x - z * z).max(0.0).powi(4) * (gx * x + gz * z)
         })
         .sum();
-    99.204_334_582_718_712 * total
+    99.204_334_582_718_72 * total
 }
 
 /// `Σ η(p·2^o/λ)/2^o` (3), each octave shifted and seeded for itself.

@@ -1,6 +1,6 @@
 //! Coral reef growth (after Nakamura & Nakamori 2007, 2011).
 
-use super::lattice::{Lattice, sum};
+use super::lattice::{Lattice, each, sum};
 use super::thermal;
 use terrane::terrain::reef::{Params, Rubble};
 use terrane::terrain::thermal::Law;
@@ -23,8 +23,10 @@ pub struct Reef {
 
 impl Reef {
     pub fn new(lattice: Lattice, params: Params, ground: Vec<f64>, sea_level: f64) -> Self {
-        let carbon =
-            ground.iter().map(|&h| if h < sea_level { f64::from(params.ocean_carbon) } else { 0.0 }).collect();
+        let carbon = ground
+            .iter()
+            .map(|&h| if h < sea_level { f64::from(params.ocean_carbon) } else { 0.0 })
+            .collect();
         Self { lattice, b: vec![0.0; ground.len()], carbon, params, ground, sea_level }
     }
 
@@ -67,7 +69,8 @@ impl Reef {
             let depth = self.sea_level - self.height(at); // (24)
             let lit = depth > 0.0 && depth < f64::from(p.max_depth);
             let light = (-depth * f64::from(p.light_decay)).exp();
-            let calcified = if lit { self.carbon[at].powi(2) * f64::from(p.growth) * light * years } else { 0.0 }; // (25)
+            let calcified =
+                if lit { self.carbon[at].powi(2) * f64::from(p.growth) * light * years } else { 0.0 }; // (25)
             self.b[at] += calcified.min((depth - f64::from(p.keep)).max(0.0)); // (29)
             let used = f64::from(p.uptake) * calcified / depth.max(0.5);
             self.carbon[at] = (self.carbon[at] - used).max(0.0); // (26)
@@ -88,7 +91,7 @@ impl Reef {
                 if let Some(held) = self.held(at) {
                     return held;
                 }
-                let exchange: [f64; 8] = std::array::from_fn(|k| match self.lattice.neighbour(i, j, k) {
+                let exchange: [f64; 8] = each(|k| match self.lattice.neighbour(i, j, k) {
                     Some(n) if k < 4 && self.height(n) < self.sea_level => self.carbon[n] - self.carbon[at],
                     _ => 0.0,
                 });
@@ -103,8 +106,7 @@ impl Reef {
         for _ in 0..rubble.passes {
             let h: Vec<f64> = (0..self.lattice.len()).map(|at| self.height(at)).collect();
             let gives = |at: usize| (h[at] < self.sea_level + CREST).then_some(tangent);
-            let change =
-                thermal::pass(self.lattice, Law::Excess, thermal::LARGEST_SHARE, &h, gives, |_| 1.0);
+            let change = thermal::pass(self.lattice, Law::Excess, thermal::LARGEST_SHARE, &h, gives, |_| 1.0);
             self.b.iter_mut().zip(change).for_each(|(b, change)| *b += change);
         }
     }

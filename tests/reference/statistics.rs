@@ -67,7 +67,8 @@ pub fn measure(land: &Land) -> Statistics {
         reef_volume: volume(&land.b, 1.0),
         reef_thickness: land.b.iter().copied().fold(0.0, f64::max),
         reef_flat: area
-            * (0..lattice.len()).filter(|&at| land.b[at] > 0.5 && (-3.0..=0.0).contains(&y[at])).count() as f64,
+            * (0..lattice.len()).filter(|&at| land.b[at] > 0.5 && (-3.0..=0.0).contains(&y[at])).count()
+                as f64,
         lagoon_area,
         lagoon_depth,
     }
@@ -144,7 +145,8 @@ fn lagoon(lattice: Lattice, y: &[f64]) -> (f64, f64) {
             }
         }
     }
-    let mut depths: Vec<f64> = (0..lattice.len()).filter(|&at| deep(at) && !ocean[at]).map(|at| -y[at]).collect();
+    let mut depths: Vec<f64> =
+        (0..lattice.len()).filter(|&at| deep(at) && !ocean[at]).map(|at| -y[at]).collect();
     depths.sort_by(f64::total_cmp);
     (depths.len() as f64 * lattice.cell * lattice.cell / 1e6, quantile(&depths, 0.5))
 }

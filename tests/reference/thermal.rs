@@ -1,6 +1,6 @@
 //! Thermal erosion: debris slides past the angle of repose (Jákó & Tóth 2011, simplified).
 
-use super::lattice::{Lattice, OPPOSITE, sum};
+use super::lattice::{Lattice, OPPOSITE, each, sum};
 use terrane::terrain::thermal::Law;
 
 /// The largest share one pass may move: eight neighbours fill one pit.
@@ -40,7 +40,7 @@ pub fn pass(
     // What a cell gives per metre of drop: M/Σ_R Δ (21).
     let given = lattice.map(|i, j| {
         let at = lattice.index(i, j);
-        let drops: [f64; 8] = std::array::from_fn(|k| sliding(i, j, k));
+        let drops: [f64; 8] = each(|k| sliding(i, j, k));
         let total = sum(&drops);
         if total == 0.0 {
             return 0.0;
@@ -60,11 +60,11 @@ pub fn pass(
     });
     lattice.map(|i, j| {
         let at = lattice.index(i, j);
-        let out: [f64; 8] = std::array::from_fn(|k| {
+        let out: [f64; 8] = each(|k| {
             let Some(to) = lattice.neighbour(i, j, k) else { return 0.0 };
             given[at] * sliding(i, j, k) * mask(at).min(mask(to))
         });
-        let inflow: [f64; 8] = std::array::from_fn(|k| {
+        let inflow: [f64; 8] = each(|k| {
             let Some(from) = lattice.neighbour(i, j, k) else { return 0.0 };
             let (i, j) = (from % lattice.n, from / lattice.n);
             given[from] * sliding(i, j, OPPOSITE[k]) * mask(at).min(mask(from))
