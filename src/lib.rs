@@ -12,6 +12,7 @@ pub mod world;
 
 /// The Rust side of every shader under `glsl/`, written by build.rs.
 #[rustfmt::skip]
+#[allow(clippy::derivable_impls, clippy::useless_conversion)] // One way of writing for every type.
 pub mod shaders {
     include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 }

@@ -40,7 +40,7 @@ layout(push_constant, scalar) uniform Push {
     float erosion;         // share in one step
     float deposition;
     float max_change;      // in one step
-    float evaporation;     // share that stays
+    float evaporation;     // share in one step
     float wet_depth;
     float wet_memory;
 } push;
@@ -123,7 +123,8 @@ void main() {
     precise float worn = imageLoad(start, cell).x + e;
 
     // Evaporation (19); the sea stays full.
-    float left = worn < push.sea_level ? push.sea_level - worn : flowed * push.evaporation;
+    precise float dried = flowed - flowed * push.evaporation;
+    float left = worn < push.sea_level ? push.sea_level - worn : dried;
     float wetness = clamp(own.w + (left > push.wet_depth ? push.time_step : -push.time_step), 0.0, push.wet_memory);
     float per_flux = depth > DRY ? push.time_step / (area * depth) * suspended : 0.0;
 

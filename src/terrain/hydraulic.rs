@@ -95,7 +95,11 @@ impl Params {
         let longest = f64::from(self.safety) * 0.5 * f64::from(grid.cell_size()) / wave;
         let duration = f64::from(self.duration);
         let count = (duration / longest).ceil();
-        if count < 1.0 { Steps { count: 0, step: 0.0 } } else { Steps { count: count as u32, step: duration / count } }
+        if count < 1.0 {
+            Steps { count: 0, step: 0.0 }
+        } else {
+            Steps { count: count as u32, step: duration / count }
+        }
     }
 }
 
@@ -252,7 +256,7 @@ fn erode_push(plan: &Plan, params: &Params) -> (u32, hydraulic_erode::Push) {
         erosion: approach(params.erosion_rate) as f32,
         deposition: approach(params.deposition_rate) as f32,
         max_change: (f64::from(params.rate_limit) * step) as f32,
-        evaporation: (1.0 - f64::from(params.evaporation) * step).max(0.0) as f32,
+        evaporation: (f64::from(params.evaporation) * step).min(1.0) as f32,
         wet_depth: params.wet_depth,
         wet_memory: params.wet_memory,
     };

@@ -183,7 +183,14 @@ pub struct DiamondSquare {
 }
 
 impl DiamondSquare {
-    fn new(gpu: &Gpu, n: u32, init_height: f32, spread: f32, reduction: f32, seed: u32) -> gpu::Result<DiamondSquare> {
+    fn new(
+        gpu: &Gpu,
+        n: u32,
+        init_height: f32,
+        spread: f32,
+        reduction: f32,
+        seed: u32,
+    ) -> gpu::Result<DiamondSquare> {
         let phase = |phase| Compute::new(gpu, diamond_square::Constants { phase });
         Ok(DiamondSquare {
             corners: phase(0)?,
@@ -200,7 +207,8 @@ impl DiamondSquare {
     fn record(&self, rec: &mut Recorder) {
         let last = self.points.size()[0] - 1;
         let mut pass = |pass: &Compute<_>, spacing: u32, spread: f64| {
-            let push = diamond_square::Push { spacing: spacing as i32, spread: spread as f32, seed: self.seed };
+            let push =
+                diamond_square::Push { spacing: spacing as i32, spread: spread as f32, seed: self.seed };
             let points = last / spacing + 1;
             rec.dispatch(pass, [points; 2], push, diamond_square::Bindings { points: &self.points });
         };

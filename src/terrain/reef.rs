@@ -127,7 +127,12 @@ impl Reef {
         rec.clear(&fields.reef);
         rec.clear(fields.carbon.src());
         // Nothing grows in this step, but held and unheld cells get their carbon.
-        let ocean = reef_growth::Push { sea_level: self.first_level, growth: 0.0, ocean_depth: 0.0, ..self.growth_push };
+        let ocean = reef_growth::Push {
+            sea_level: self.first_level,
+            growth: 0.0,
+            ocean_depth: 0.0,
+            ..self.growth_push
+        };
         self.grow(rec, fields, ocean);
     }
 

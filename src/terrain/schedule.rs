@@ -66,7 +66,8 @@ impl Plan {
 
     /// Height of the sea above the datum when all is done, metres.
     pub fn final_sea_level(&self) -> f32 {
-        let rise: f64 = self.reef.iter().flat_map(|reef| &reef.stages).map(|stage| f64::from(stage.rise)).sum();
+        let rise: f64 =
+            self.reef.iter().flat_map(|reef| &reef.stages).map(|stage| f64::from(stage.rise)).sum();
         (f64::from(self.sea_level) + rise) as f32
     }
 

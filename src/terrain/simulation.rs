@@ -1,12 +1,7 @@
 //! A run from bare ground to a finished island, cut into submissions of bounded length.
 
 use super::{
-    Fields, Plan, Process,
-    hydraulic::Hydraulic,
-    layers::Base,
-    reef::Reef,
-    schedule::Stage,
-    seabed::Seabed,
+    Fields, Plan, Process, hydraulic::Hydraulic, layers::Base, reef::Reef, schedule::Stage, seabed::Seabed,
     thermal::Thermal,
 };
 use crate::{

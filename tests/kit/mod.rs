@@ -5,6 +5,7 @@
 
 pub mod field;
 pub mod island;
+pub mod land;
 
 use std::{ops::Deref, sync::OnceLock};
 use terrane::gpu::{Gpu, MessageLog, Options};

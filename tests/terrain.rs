@@ -1,0 +1,417 @@
+//! The island on the GPU, each kernel against its f64 reference.
+
+mod kit;
+mod reference;
+
+use kit::{
+    field::{assert_close, check_close},
+    land::{barrier, finished, hill, layer, paper, random, slides, texels, valleys, world},
+};
+use reference::{
+    base,
+    hydraulic::{self as pipes, Cell, Erosion, Flow},
+    lattice::Lattice,
+    reef as coral, seabed,
+};
+use std::{sync::Arc, time::Duration};
+use terrane::{
+    gpu::{Gpu, Recorder},
+    terrain::{
+        Boundary, Controls, Fields, Layer, Map, Plan, Process, Simulation, Stage,
+        hydraulic::{self, Hydraulic, Pipes, Section},
+        layers::{self, Combine, Generator},
+        reef,
+        thermal::{self, Law, Settle},
+    },
+};
+
+/// The state of the water as the reference holds it.
+fn cells(gpu: &Gpu, fields: &Fields) -> Vec<Cell> {
+    let change = texels(gpu, &fields.change);
+    let water = texels(gpu, fields.water.src());
+    let sediment = texels(gpu, fields.sediment.src());
+    let axis = texels(gpu, fields.axis.src());
+    let diagonal = texels(gpu, fields.diagonal.src());
+    let velocity = texels(gpu, &fields.velocity);
+    (0..change.len())
+        .map(|at| {
+            let [d, c, q, wet] = water[at].map(f64::from);
+            let [l, r, t, b] = axis[at].map(f64::from);
+            // A texel that a model has not is not there.
+            let [tl, tr, bl, br] = diagonal.get(at).copied().unwrap_or_default().map(f64::from);
+            Cell {
+                e: f64::from(change[at]),
+                s: f64::from(sediment[at]),
+                c,
+                d,
+                q,
+                wet,
+                velocity: velocity.get(at).copied().unwrap_or_default().map(f64::from),
+                flux: [l, r, t, b, tl, tr, bl, br],
+            }
+        })
+        .collect()
+}
+
+/// Puts a state into the fields, rounded to what they hold; returns it as they hold it.
+fn upload(gpu: &Gpu, fields: &Fields, h0: &[f32], cells: &[Cell]) -> Vec<Cell> {
+    let single = |value: f64| value as f32;
+    let held: Vec<Cell> = cells
+        .iter()
+        .map(|cell| {
+            let round = |value: f64| f64::from(single(value));
+            Cell {
+                e: round(cell.e),
+                s: round(cell.s),
+                c: round(cell.c),
+                d: round(cell.d),
+                q: round(cell.q),
+                wet: round(cell.wet),
+                velocity: cell.velocity.map(round),
+                flux: cell.flux.map(round),
+            }
+        })
+        .collect();
+    let texels =
+        |value: &dyn Fn(&Cell) -> f64| -> Vec<f32> { held.iter().map(|cell| single(value(cell))).collect() };
+    let change = texels(&|cell| cell.e);
+    let height: Vec<f32> = h0.iter().zip(&change).map(|(h0, e)| h0 + e).collect();
+    let four = |value: &dyn Fn(&Cell) -> [f64; 4]| -> Vec<[f32; 4]> {
+        held.iter().map(|cell| value(cell).map(single)).collect()
+    };
+    let mut rec = Recorder::new(gpu);
+    rec.upload(&fields.start, h0);
+    rec.upload(&fields.change, &change);
+    rec.upload(fields.height.src(), &height);
+    rec.upload(fields.water.src(), &four(&|cell| [cell.d, cell.c, cell.q, cell.wet]));
+    rec.upload(fields.sediment.src(), &texels(&|cell| cell.s));
+    rec.upload(fields.axis.src(), &four(&|cell| std::array::from_fn(|k| cell.flux[k])));
+    if fields.diagonal.src().size() == fields.axis.src().size() {
+        rec.upload(fields.diagonal.src(), &four(&|cell| std::array::from_fn(|k| cell.flux[k + 4])));
+    }
+    if fields.velocity.size() == fields.axis.src().size() {
+        let velocity: Vec<[f32; 2]> = held.iter().map(|cell| cell.velocity.map(single)).collect();
+        rec.upload(&fields.velocity, &velocity);
+    }
+    rec.submit().unwrap().wait().unwrap();
+    held
+}
+
+fn record(gpu: &Gpu, passes: impl FnOnce(&mut Recorder)) {
+    let mut rec = Recorder::new(gpu);
+    passes(&mut rec);
+    rec.submit().unwrap().wait().unwrap();
+}
+
+// ---- Base terrain ---------------------------------------------------------------------------------------------------
+
+fn generate(generator: Generator, combine: Combine) -> layers::Layer {
+    layers::Layer::Generate { generator, combine }
+}
+
+fn simplex(amplitude: f32, warp: f32) -> Generator {
+    Generator::Simplex { amplitude, offset: 0.1, wavelength: 1600.0, octaves: 8, warp, seed: 7 }
+}
+
+fn fault_blocks() -> Generator {
+    Generator::DiamondSquare { n: 6, init_height: 30.0, spread: 20.0, reduction: 0.55, seed: 3 }
+}
+
+/// Every generator and every way to combine, chained.
+fn chained() -> Vec<layers::Layer> {
+    let cone = Generator::Cone { height: 900.0, radius: 2500.0, exponent: 0.8, center: [120.0, -75.0] };
+    vec![
+        generate(cone.clone(), Combine::Max),
+        generate(simplex(0.2, 200.0), Combine::Power { reference: 900.0 }),
+        layers::Layer::Crater { level: 700.0 },
+        generate(fault_blocks(), Combine::Add),
+        generate(simplex(0.3, 0.0), Combine::Multiply),
+        generate(Generator::Heightmap { map: uneven() }, Combine::Add),
+        generate(cone, Combine::Min),
+    ]
+}
+
+/// A raster of another shape than the grid.
+fn uneven() -> Arc<Map> {
+    Arc::new(Map { width: 23, height: 9, values: random("uneven", 23 * 9) })
+}
+
+#[test]
+fn base_terrain_agrees_with_the_reference() {
+    let gpu = kit::gpu();
+    let whole = chained();
+    for count in 1..=whole.len() {
+        let plan = Plan { layers: whole[..count].to_vec(), ..world(97, 6000.0, Vec::new()) };
+        let got = layer(&gpu, &finished(&gpu, &plan), Layer::Height);
+        let want = base::height(Lattice::new(plan.grid), &plan.layers);
+        // Across devices the base terrain agrees to 1e-5 of its range: positions in the noise are rounded to 2⁻¹⁹ of a
+        // wavelength, and pow and exp2 to a few units in the last place.
+        assert_close(&format!("{count} layers"), &got, &want, 1e-5 * 900.0);
+        let mut wrong = want;
+        wrong[4000] += 0.02;
+        check_close(&got, &wrong, 1e-5 * 900.0).unwrap_err();
+    }
+}
+
+#[test]
+fn a_heightmap_of_the_grids_own_size_is_taken_as_it_is() {
+    let gpu = kit::gpu();
+    let heights = random("own size", 65 * 65);
+    let got = layer(&gpu, &finished(&gpu, &world(65, 640.0, heights.clone())), Layer::Height);
+    assert_eq!(got, heights);
+}
+
+#[test]
+fn controls_are_interpolated() {
+    let gpu = kit::gpu();
+    let controls = Controls { rain: Some(uneven()), erodibility: None, mask: Some(uneven()) };
+    let plan = Plan { controls, ..world(64, 640.0, hill(64, 100.0)) };
+    let fields = Fields::new(&gpu, &plan).unwrap();
+    let got = texels(&gpu, &fields.controls);
+    let want = base::bilinear(Lattice::new(plan.grid), &uneven());
+    for channel in [0, 2] {
+        let got: Vec<f32> = got.iter().map(|texel| texel[channel]).collect();
+        assert_close("control", &got, &want, 1e-6);
+    }
+    assert!(got.iter().all(|texel| texel[1] == 1.0));
+}
+
+// ---- Thermal erosion ------------------------------------------------------------------------------------------------
+
+#[test]
+fn thermal_erosion_agrees_with_the_reference() {
+    let gpu = kit::gpu();
+    let heights = hill(64, 150.0);
+    for (law, boundary, masked) in [
+        (Law::Excess, Boundary::Sea, false),
+        (Law::Excess, Boundary::Closed, true),
+        (Law::Drop, Boundary::Sea, false),
+        (Law::Drop, Boundary::Sea, true),
+    ] {
+        let controls = Controls { mask: masked.then(uneven_mask), ..Controls::default() };
+        let thermal = thermal::Params { law, duration: 60.0, ..slides() };
+        let plan = Plan { boundary, controls, thermal: Some(thermal), ..world(64, 640.0, heights.clone()) };
+        let fields = finished(&gpu, &plan);
+        let got = texels(&gpu, &fields.fields().change);
+        let h0: Vec<f64> = heights.iter().map(|h| f64::from(*h)).collect();
+        let want: Vec<f64> = reference::island::erode(&plan, &h0).iter().map(|cell| cell.e).collect();
+        assert!(want.iter().any(|e| *e > 0.5), "{law:?}: something slides");
+        // 19 passes over heights up to 150 m (half an ulp: 8e-6 m), each of which may round into a share of it.
+        assert_close(&format!("{law:?} {boundary:?}"), &got, &want, 2e-4);
+    }
+}
+
+fn uneven_mask() -> Arc<Map> {
+    Arc::new(Map { width: 3, height: 3, values: vec![1.0, 0.5, 1.0, 0.0, 1.0, 0.3, 1.0, 1.0, 0.7] })
+}
+
+#[test]
+fn settling_comes_before_counting() {
+    let gpu = kit::gpu();
+    let settle = Settle { repose: 35_f32.to_radians(), length: 30.0 };
+    let thermal = thermal::Params { settle: Some(settle), ..slides() };
+    let heights = hill(64, 150.0);
+    let plan = Plan { thermal: Some(thermal), ..world(64, 640.0, heights.clone()) };
+    let mut simulation = Simulation::new(&gpu, &plan).unwrap();
+    while simulation.progress().stage != Stage::Thermal {
+        simulation.step(Duration::MAX).unwrap();
+    }
+    let h0 = heights.iter().map(|h| f64::from(*h)).collect();
+    let want = reference::island::settled(&plan, h0);
+    assert_close("start", &texels(&gpu, &simulation.fields().start), &want, 2e-4);
+    assert!(texels(&gpu, &simulation.fields().change).iter().all(|e| *e == 0.0));
+}
+
+// ---- Hydraulic erosion ----------------------------------------------------------------------------------------------
+
+/// The models that the kernels can be, each with a name.
+fn models() -> Vec<(&'static str, Plan)> {
+    let base = |params| Plan { hydraulic: Some(params), ..world(64, 640.0, hill(64, 60.0)) };
+    // A cloudburst, so that there is much to compare after a minute.
+    let rains = hydraulic::Params { rain: 1e-3, ..valleys(60.0) };
+    let controls =
+        Controls { rain: Some(uneven_mask()), erodibility: Some(uneven_mask()), mask: Some(uneven_mask()) };
+    vec![
+        ("eight pipes", base(rains)),
+        ("closed", Plan { boundary: Boundary::Closed, ..base(rains) }),
+        ("open", Plan { boundary: Boundary::Open, ..base(rains) }),
+        ("controls", Plan { controls, ..base(rains) }),
+        ("four pipes", base(hydraulic::Params { pipes: Pipes::Four, ..rains })),
+        ("fixed section with drag", base(hydraulic::Params { section: Section::Fixed, ..rains })),
+        ("no drag", base(hydraulic::Params { drag: 0.0, evaporation: 0.002, ..rains })),
+        ("many sweeps", base(hydraulic::Params { sediment_diffusivity: 60.0, ..rains })),
+        (
+            "paper",
+            Plan {
+                boundary: Boundary::Closed,
+                ..base(hydraulic::Params { rain: 1e-3, capacity: 10.0, ..paper(20.0) })
+            },
+        ),
+    ]
+}
+
+fn erosion(plan: &Plan) -> Erosion {
+    let lattice = Lattice::new(plan.grid);
+    let layers::Layer::Generate { generator: Generator::Heightmap { map }, .. } = &plan.layers[0] else {
+        panic!("these worlds are heightmaps")
+    };
+    let h0 = map.values.iter().map(|h| f64::from(*h)).collect();
+    let params = plan.hydraulic.unwrap();
+    let mut erosion = Erosion::new(lattice, params, plan.boundary, f64::from(plan.sea_level), h0);
+    let control = |map: &Option<Arc<Map>>, values: &mut Vec<f64>| {
+        if let Some(map) = map {
+            *values = base::bilinear(lattice, map);
+        }
+    };
+    control(&plan.controls.rain, &mut erosion.rain);
+    control(&plan.controls.erodibility, &mut erosion.erodibility);
+    control(&plan.controls.mask, &mut erosion.mask);
+    erosion
+}
+
+/// Compares every part of the state, each with `tolerance` of its own largest value, and the last place of an e of a
+/// metre: what wears is rounded to that.
+fn check_cells(got: &[Cell], want: &[Cell], tolerance: f64) -> Result<(), String> {
+    let part = |name: &str, of: &dyn Fn(&Cell) -> f64| {
+        let want: Vec<f64> = want.iter().map(of).collect();
+        let got: Vec<f32> = got.iter().map(|cell| of(cell) as f32).collect();
+        let scale = want.iter().fold(0.0_f64, |scale, value| scale.max(value.abs()));
+        check_close(&got, &want, tolerance * scale + 1e-7).map_err(|message| format!("{name}: {message}"))
+    };
+    part("e", &|cell| cell.e)?;
+    part("s", &|cell| cell.s)?;
+    part("c", &|cell| cell.c)?;
+    part("d", &|cell| cell.d)?;
+    part("q", &|cell| cell.q)?;
+    part("wet", &|cell| cell.wet)?;
+    (0..8).try_for_each(|k| part("flux", &|cell| cell.flux[k]))
+}
+
+/// One iteration from a state in the middle of a run, which both sides hold to the same bits.
+#[test]
+fn one_hydraulic_iteration_agrees_with_the_reference() {
+    let gpu = kit::gpu();
+    for (name, plan) in models() {
+        let erosion = erosion(&plan);
+        let h0: Vec<f32> = erosion.h0.iter().map(|h| *h as f32).collect();
+        let (mut state, mut flow, mut next) = (erosion.start(), Flow::default(), Vec::new());
+        for _ in 0..40 {
+            erosion.iterate(&mut state, &mut flow, &mut next);
+        }
+
+        let mut fields = Fields::new(&gpu, &plan).unwrap();
+        let mut process = Hydraulic::new(&gpu, &plan, &plan.hydraulic.unwrap()).unwrap();
+        let mut want = upload(&gpu, &fields, &h0, &state);
+        erosion.iterate(&mut want, &mut flow, &mut next);
+        record(&gpu, |rec| process.step(rec, &mut fields, 2));
+        let got = cells(&gpu, &fields);
+        // Heights of up to 100 m are held to 4e-6 m, so the depth of a flow 1 cm deep to 8e-4 of itself, and with it what such
+        // a flow carries: less than half of that beside the largest value of the raster.
+        check_cells(&got, &want, 3e-4).unwrap_or_else(|message| panic!("{name}: {message}"));
+        let mut wrong = want;
+        wrong[2000].flux[1] += 0.02;
+        check_cells(&got, &wrong, 3e-4).unwrap_err();
+    }
+}
+
+/// Many iterations: what the rounding of each adds up to.
+#[test]
+fn a_hydraulic_run_agrees_with_the_reference() {
+    let gpu = kit::gpu();
+    let run = |erosion: &Erosion| {
+        let (mut cells, mut flow, mut next) = (erosion.start(), Flow::default(), Vec::new());
+        for _ in 0..pipes::iterations(&erosion.params, erosion.lattice.cell) {
+            erosion.iterate(&mut cells, &mut flow, &mut next);
+        }
+        cells
+    };
+    for (name, plan) in models() {
+        let erosion = erosion(&plan);
+        let simulation = finished(&gpu, &plan);
+        let got = cells(&gpu, simulation.fields());
+        let errors = |want: &[Cell]| {
+            let rms = |of: &dyn Fn(&Cell) -> f64| {
+                let error: f64 = got.iter().zip(want).map(|(got, want)| (of(got) - of(want)).powi(2)).sum();
+                let size: f64 = want.iter().map(|want| of(want).powi(2)).sum();
+                (error / size).sqrt()
+            };
+            [rms(&|cell| cell.e), rms(&|cell| cell.d), rms(&|cell| cell.s), rms(&|cell| cell.flux[1])]
+        };
+        // Each iteration adds errors of 1e-6, and the flow makes more of them: the paper's most of all.
+        let close = |errors: &[f64; 4]| errors.iter().all(|error| *error < 1e-3);
+        let right = errors(&run(&erosion));
+        assert!(close(&right), "{name}: e, d, s, flux differ by {right:?}");
+        let mut wrong = erosion;
+        wrong.params.gravity *= 1.02;
+        assert!(!close(&errors(&run(&wrong))), "{name}: too much is accepted");
+    }
+}
+
+// ---- Sea bed and reef -----------------------------------------------------------------------------------------------
+
+#[test]
+fn sea_bed_smoothing_agrees_with_the_reference() {
+    let gpu = kit::gpu();
+    let heights = hill(64, 60.0);
+    let plan = Plan { seabed_smoothing: 25.0, sea_level: 3.0, ..world(64, 640.0, heights.clone()) };
+    let simulation = finished(&gpu, &plan);
+    let mut want: Vec<f64> = heights.iter().map(|h| f64::from(*h)).collect();
+    seabed::smooth(Lattice::new(plan.grid), &mut want, 3.0, 25.0);
+    // 12 means of heights up to 40 m, each rounded to half an ulp of 2e-6 m.
+    assert_close("height", &layer(&gpu, &simulation, Layer::Height), &want, 5e-5);
+    let change: Vec<f64> = want.iter().zip(&heights).map(|(h, h0)| h - f64::from(*h0)).collect();
+    assert_close("change", &texels(&gpu, &simulation.fields().change), &change, 5e-5);
+    assert!(change.iter().any(|change| change.abs() > 0.5));
+}
+
+#[test]
+fn a_reef_agrees_with_the_reference() {
+    let gpu = kit::gpu();
+    let heights = hill(64, 60.0);
+    let ground: Vec<f64> = heights.iter().map(|h| f64::from(*h)).collect();
+    let jump = reef::Stage { duration: 0.0, rise: 4.0 };
+    let fall = reef::Stage { duration: 100.0, rise: -2.0 };
+    let stages = [vec![jump], barrier().stages, vec![fall]].concat();
+    for (name, params) in [
+        ("without rubble", reef::Params { rubble: None, ..barrier() }),
+        ("with rubble", barrier()),
+        ("a sea that jumps and falls", reef::Params { stages, ocean_depth: 30.0, ..barrier() }),
+    ] {
+        let plan = Plan { reef: Some(params.clone()), ..world(64, 1280.0, heights.clone()) };
+        let simulation = finished(&gpu, &plan);
+        let mut want = coral::Reef::new(Lattice::new(plan.grid), params, ground.clone(), 0.0);
+        want.run();
+        assert!((f64::from(simulation.sea_level()) - want.sea_level).abs() < 1e-6);
+        // 30 steps and more, each rounded to half an ulp of heights up to 60 m, 2e-6 m, and 1e-6 of the growth by exp.
+        assert_close(name, &texels(&gpu, &simulation.fields().reef), &want.b, 3e-4);
+        let height: Vec<f64> = (0..want.b.len()).map(|at| want.height(at)).collect();
+        assert_close(name, &layer(&gpu, &simulation, Layer::Height), &height, 3e-4);
+        // Land is marked by a negative value.
+        let carbon: Vec<f32> =
+            texels(&gpu, simulation.fields().carbon.src()).iter().map(|carbon| carbon.max(0.0)).collect();
+        assert_close(name, &carbon, &want.carbon, 1e-4);
+        assert!(want.b.iter().any(|b| *b > 4.0), "{name}: coral grows");
+    }
+}
+
+/// The whole island: every stage behind the one before it.
+#[test]
+fn an_island_agrees_with_the_reference() {
+    let gpu = kit::gpu();
+    let settle = Settle { repose: 40_f32.to_radians(), length: 20.0 };
+    let plan = Plan {
+        hydraulic: Some(valleys(60.0)),
+        thermal: Some(thermal::Params { settle: Some(settle), ..slides() }),
+        seabed_smoothing: 15.0,
+        reef: Some(barrier()),
+        ..world(64, 640.0, hill(64, 60.0))
+    };
+    let simulation = finished(&gpu, &plan);
+    let want = reference::island::run(&plan);
+    let got = layer(&gpu, &simulation, Layer::Height);
+    // Coral has a threshold at the surface and rivers meander: some cells differ by millimetres, the land does not.
+    assert_close("height", &got, &want.height, 0.05);
+    let squares: f64 = got.iter().zip(&want.height).map(|(got, want)| (f64::from(*got) - want).powi(2)).sum();
+    let rms = (squares / got.len() as f64).sqrt();
+    assert!(rms < 1e-3, "rms {rms:.1e} m");
+}
