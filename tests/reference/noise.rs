@@ -2,7 +2,7 @@
 
 use terrane::core::hash::mix;
 
-/// Value noise in about −1…1 (Perlin 2002, in Gustavson's layout), its gradients hashed from `seed`.
+/// Gradient noise of root mean square ½ (Perlin 2002, in Gustavson's layout), its gradients hashed from `seed`.
 pub fn simplex(x: f64, z: f64, seed: u32) -> f64 {
     let skew = (3f64.sqrt() - 1.0) / 2.0;
     let unskew = (3.0 - 3f64.sqrt()) / 6.0;
@@ -19,7 +19,7 @@ pub fn simplex(x: f64, z: f64, seed: u32) -> f64 {
             (0.5 - x * x - z * z).max(0.0).powi(4) * (gx * x + gz * z)
         })
         .sum();
-    99.204_334_582_718_72 * total
+    92.07 * total
 }
 
 /// `Σ η(p·2^o/λ)/2^o` (3), each octave shifted and seeded for itself.
