@@ -380,7 +380,7 @@ fn framing_fills_the_picture_from_its_middle() {
         [Vec3::new(0.0, 0.0, -100.0), Vec3::new(400.0, 700.0, 600.0)],
     ];
     for turn in 0..12 {
-        let azimuth = turn as f32 * 0.5236;
+        let azimuth = turn as f32 * std::f32::consts::FRAC_PI_6;
         let forward = Vec3::new(azimuth.sin() * 0.95, -0.3122, azimuth.cos() * 0.95).normalize();
         let camera = Pinhole::frame(&boxes, forward, 1.0, 0.6, 1.6);
         let corners = boxes.iter().flat_map(|[least, greatest]| {

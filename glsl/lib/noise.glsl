@@ -35,7 +35,7 @@ float simplex(vec2 p, uint seed) {
     vec2 offset1 = offset0 - middle + UNSKEW;
     vec2 offset2 = offset0 - 1.0 + 2.0 * UNSKEW;
     ivec2 lattice = ivec2(base);
-    return 99.204335
+    return 92.07
         * (corner(seed, lattice, offset0) + corner(seed, lattice + ivec2(middle), offset1)
            + corner(seed, lattice + 1, offset2));
 }
