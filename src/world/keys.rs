@@ -143,7 +143,7 @@ section! {
         /// Radius of the foot.
         radius: f32 = number(3100.0, M, 1.0..=1e6),
         /// Shape of the flank: below 1 hollow as a volcano's, 1 straight, above 1 a dome with a flat top.
-        exponent: f32 = number(0.8, NONE, 0.1..=16.0).usual(0.6..=4.0),
+        exponent: f32 = number(0.8, NONE, 0.1..=64.0).usual(0.6..=4.0),
         /// Where the tip stands: metres east and south of the middle.
         center: [f32; 2] = numbers([0.0, 0.0], M, -1e6..=1e6),
         /// How the cone joins what lies below it.
@@ -474,11 +474,11 @@ section! {
         level = number(210.0, M, -20_000.0..=20_000.0),
         /// Attenuation along the line of sight, for red, green and blue (Korošec & Lebar Bajec (32), along the view
         /// ray).
-        attenuation = numbers([0.35, 0.07, 0.05], PER_M, 0.0..=100.0),
+        attenuation = numbers([0.28, 0.032, 0.014], PER_M, 0.0..=100.0),
         /// Colour of water without a bottom.
-        deep_colour = colour("#06283d"),
+        deep_colour = colour("#0a243f"),
         /// How rough the surface is: standard deviation of its slope.
-        roughness = number(0.05, NONE, 0.0..=1.0),
+        roughness = number(0.12, NONE, 0.0..=1.0),
     }
 }
 
@@ -486,27 +486,27 @@ section! {
     /// How bare ground is coloured: materials, and where each lies.
     for scene::Surface {
         /// Grass.
-        grass = colour("#4f6a2a"),
+        grass = colour("#576c30"),
         /// Grass on high or steep ground: paler and yellower.
-        dry_grass = colour("#8b8a4b"),
+        dry_grass = colour("#8b8653"),
         /// Rock.
-        rock = colour("#6b6057"),
+        rock = colour("#675f58"),
         /// Sand.
-        sand = colour("#e3d3ab"),
+        sand = colour("#c5b8a0"),
         /// Sea floor.
-        sea_floor = colour("#b9b08d"),
+        sea_floor = colour("#c5bfad"),
         /// Living coral just below the surface.
-        reef = colour("#9a7f5f"),
+        reef = colour("#6f634b"),
         /// Slope at which grass begins to give way to rock, and at which only rock is left.
-        rock_slope = numbers([34.0, 46.0], DEGREES, 0.0..=90.0),
+        rock_slope = numbers([38.0, 50.0], DEGREES, 0.0..=90.0),
         /// Height above the sea at which grass begins to dry, and at which it is dry.
-        dry_height = numbers([250.0, 700.0], M, -20_000.0..=20_000.0),
+        dry_height = numbers([450.0, 1000.0], M, -20_000.0..=20_000.0),
         /// How high above the sea beaches reach.
-        beach_height = number(4.0, M, 0.0..=1000.0),
+        beach_height = number(3.0, M, 0.0..=1000.0),
         /// Steepest beach.
-        beach_slope = number(12.0, DEGREES, 0.0..=90.0),
+        beach_slope = number(14.0, DEGREES, 0.0..=90.0),
         /// Size of the largest patches of colour.
-        patch_size = number(120.0, M, 0.01..=100_000.0),
+        patch_size = number(400.0, M, 0.01..=100_000.0),
     }
 }
 
@@ -524,7 +524,7 @@ section! {
     /// ones are rounded).
     struct Preetham {
         /// Haze: 2 is a clear day, 10 a hazy one. Below 1.7 the model turns negative.
-        turbidity: f32 = number(3.0, NONE, 1.7..=10.0).usual(2.0..=8.0),
+        turbidity: f32 = number(2.2, NONE, 1.7..=10.0).usual(2.0..=8.0),
         /// How much of the horizon fair-weather clouds cover: 0 is none, 1 nearly all.
         clouds: f32 = number(0.5, NONE, 0.0..=1.0),
     }
@@ -583,7 +583,7 @@ section! {
         /// Where the camera stands and looks.
         view: View = one_of([tag("frame_island", View::FrameIsland), tag("look_at", View::LookAt)]),
         /// Vertical field of view.
-        fov: f32 = number(40.0, DEGREES, 1.0..=170.0),
+        fov: f32 = number(38.0, DEGREES, 1.0..=170.0),
     }
 }
 
@@ -599,7 +599,7 @@ section! {
         /// Side of the island on which the camera stands, clockwise from north.
         azimuth: f32 = number(150.0, DEGREES, -360.0..=360.0),
         /// Angle at which it looks down.
-        elevation: f32 = number(25.0, DEGREES, 0.0..=90.0),
+        elevation: f32 = number(12.0, DEGREES, 0.0..=90.0),
         /// How far away it stands: 1 just shows all of the land.
         distance: f32 = number(1.0, NONE, 0.01..=100.0),
     }
@@ -621,7 +621,7 @@ section! {
         /// Width and height in pixels.
         size: [u32; 2] = wholes([1280, 720], 1..=16_384),
         /// What radiance is multiplied by: 1 over the radiance that becomes white.
-        exposure: f32 = number(1e-4, M2_PER_CD, 1e-12..=1e12),
+        exposure: f32 = number(6e-5, M2_PER_CD, 1e-12..=1e12),
         /// From radiance to the screen's colours, in PNG.
         tone_map: scene::ToneMap = choice([
             ("filmic", "keeps hues as they brighten", scene::ToneMap::Filmic),
