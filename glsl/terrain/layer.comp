@@ -7,8 +7,6 @@
 #include "lib/grid.glsl"
 
 layout(local_size_x = 64, local_size_y = 1) in;
-// Height, water, sediment, wear, deposit, reef, flow, wetness.
-layout(constant_id = 0) const uint LAYER = 0;
 layout(binding = 0, r32f) uniform readonly image2D height;
 layout(binding = 1, r32f) uniform readonly image2D change;
 layout(binding = 2, rgba32f) uniform readonly image2D water;
@@ -18,6 +16,7 @@ layout(binding = 5, rgba32f) uniform readonly image2D diagonal;
 layout(binding = 6, r32f) uniform readonly image2D reef;
 layout(binding = 7, r32f) uniform writeonly image2D layer_out;
 layout(push_constant, scalar) uniform Push {
+    uint layer; // height, water, sediment, wear, deposit, reef, flow, wetness
     float sea_level;
     float wet_memory;
 } push;
@@ -26,7 +25,7 @@ layout(push_constant, scalar) uniform Push {
 
 float value(ivec2 cell) {
     float h = LOAD(height).x;
-    switch (LAYER) {
+    switch (push.layer) {
         case 0u: return h;
         case 1u: return h < push.sea_level ? 0.0 : LOAD(water).x;
         case 2u: return LOAD(sediment).x;

@@ -70,7 +70,7 @@ impl Fields {
     }
 
     /// Counts changes from the ground as it is now.
-    pub fn settle(&self, rec: &mut Recorder) {
+    pub fn rebase(&self, rec: &mut Recorder) {
         rec.copy(self.height.src(), &self.start);
         rec.clear(&self.change);
     }

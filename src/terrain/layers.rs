@@ -84,7 +84,7 @@ impl Process for Base {
             pass.record(rec, fields.height.src());
         }
         if iteration as usize == self.0.len() {
-            fields.settle(rec);
+            fields.rebase(rec);
         }
     }
 }

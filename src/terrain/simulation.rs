@@ -93,6 +93,7 @@ pub struct Simulation {
     current: usize,
     iteration: u32,
     pace: Pace,
+    layer: Compute<layer::Shader>,
 }
 
 /// The processes of a stage run in turn in each of its iterations.
@@ -116,8 +117,9 @@ impl Simulation {
                 Ok(StageWork { stage, iterations, processes: processes(gpu, plan, stage)? })
             })
             .collect::<gpu::Result<_>>()?;
-        let (gpu, plan) = (gpu.clone(), plan.clone());
-        Ok(Simulation { gpu, plan, fields, stages, current: 0, iteration: 0, pace: Pace::default() })
+        let layer = Compute::new(gpu, ())?;
+        let (gpu, plan, pace) = (gpu.clone(), plan.clone(), Pace::default());
+        Ok(Simulation { gpu, plan, fields, stages, current: 0, iteration: 0, pace, layer })
     }
 
     /// Advances by as many iterations of the current stage as fit into `budget` (at least one, and never more than one
@@ -195,9 +197,9 @@ impl Simulation {
     /// A copy of one layer as it is now; 0 where the world has no process that makes it.
     pub fn layer(&self, layer: Layer) -> gpu::Result<Image<R32f>> {
         let image = Image::new(&self.gpu, layer.name(), [self.plan.grid.cells; 2])?;
-        let pass = Compute::<layer::Shader>::new(&self.gpu, layer::Constants { layer: layer as u32 })?;
         let fields = &self.fields;
         let push = layer::Push {
+            layer: layer as u32,
             sea_level: self.sea_level(),
             wet_memory: self.plan.hydraulic.map_or(1.0, |params| params.wet_memory.max(f32::MIN_POSITIVE)),
         };
@@ -212,7 +214,7 @@ impl Simulation {
             layer_out: &image,
         };
         let mut rec = Recorder::new(&self.gpu);
-        rec.dispatch(&pass, image.size(), push, bindings);
+        rec.dispatch(&self.layer, image.size(), push, bindings);
         rec.submit()?.wait()?;
         Ok(image)
     }

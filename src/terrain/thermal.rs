@@ -116,7 +116,7 @@ impl Process for Thermal {
             Schedule::Prepare { last } => {
                 self.slide.pass(rec, fields, &change);
                 if iteration == last {
-                    fields.settle(rec);
+                    fields.rebase(rec);
                 }
             }
         }
