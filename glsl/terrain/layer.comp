@@ -17,7 +17,8 @@ layout(binding = 6, r32f) uniform readonly image2D reef;
 layout(binding = 7, r32f) uniform writeonly image2D layer_out;
 layout(push_constant, scalar) uniform Push {
     uint layer; // height, water, sediment, wear, deposit, reef, flow, wetness
-    float sea_level;
+    float sea_level;        // now
+    float sea_of_rivers;    // while rivers ran
     float wet_memory;
 } push;
 
@@ -25,15 +26,18 @@ layout(push_constant, scalar) uniform Push {
 
 float value(ivec2 cell) {
     float h = LOAD(height).x;
+    bool sea = h < push.sea_level;
+    // Where a reef, or a fall of the sea, has made land since the rivers ran, what stood here was the sea.
+    bool risen = h - LOAD(reef).x < push.sea_of_rivers;
     switch (push.layer) {
         case 0u: return h;
-        case 1u: return h < push.sea_level ? 0.0 : LOAD(water).x;
+        case 1u: return sea || risen ? 0.0 : LOAD(water).x;
         case 2u: return LOAD(sediment).x;
         case 3u: return max(0.0, -LOAD(change).x);
         case 4u: return max(0.0, LOAD(change).x);
         case 5u: return max(0.0, LOAD(reef).x);
         case 6u: return sum(LOAD(axis), LOAD(diagonal));
-        default: return h < push.sea_level ? 1.0 : clamp(LOAD(water).w / push.wet_memory, 0.0, 1.0);
+        default: return sea ? 1.0 : risen ? 0.0 : clamp(LOAD(water).w / push.wet_memory, 0.0, 1.0);
     }
 }
 

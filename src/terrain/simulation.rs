@@ -201,6 +201,7 @@ impl Simulation {
         let push = layer::Push {
             layer: layer as u32,
             sea_level: self.sea_level(),
+            sea_of_rivers: self.plan.acting_sea_level(),
             wet_memory: self.plan.hydraulic.map_or(1.0, |params| params.wet_memory.max(f32::MIN_POSITIVE)),
         };
         let bindings = layer::Bindings {
