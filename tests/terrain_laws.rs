@@ -13,7 +13,7 @@ use proptest::{
 use reference::lattice::Lattice;
 use std::time::Duration;
 use terrane::{
-    gpu::{Gpu, Recorder},
+    gpu::{self, Gpu, Options, Recorder},
     terrain::{
         Boundary, Fields, Layer, Plan, Process, Simulation,
         hydraulic::{self, Hydraulic, Pipes, Section, Slope, Transport},
@@ -322,6 +322,17 @@ fn a_plan_knows_its_steps_and_its_memory() {
         }
     }
     assert_eq!(stages, plan.stages());
+}
+
+#[test]
+fn a_world_that_does_not_fit_is_refused_with_its_figures() {
+    let gpu = Gpu::new(&Options { memory_limit: Some(4 << 20), ..Options::default() }).unwrap();
+    let plan = Plan { hydraulic: Some(valleys(60.0)), ..world(512, 6000.0, hill(512, 60.0)) };
+    let Err(error) = Simulation::new(&gpu, &plan) else { panic!("34 MiB fit into 4") };
+    assert!(
+        matches!(&error, gpu::Error::MemoryLimit { bytes, limit, .. } if *bytes > 0 && *limit == 4 << 20),
+        "{error}"
+    );
 }
 
 /// Depth-dependent pipes with drag carry the same water at the same speed whatever the grid; the paper's do not.

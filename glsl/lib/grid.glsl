@@ -35,7 +35,7 @@ Stencil stencil(ivec2 cell, ivec2 size) {
 }
 
 bool outside(ivec2 cell, ivec2 size) {
-    return any(greaterThanEqual(cell, size));
+    return any(greaterThanEqual(uvec2(cell), uvec2(size))); // a negative index is a large one
 }
 
 // The values of a one-channel image at the neighbours.

@@ -28,9 +28,8 @@ layout(push_constant, scalar) uniform Push {
 const float NOWHERE = 1e30; // higher than any ground: nothing slides off the grid
 
 float height_at(ivec2 cell, ivec2 size) {
-    bool inside = all(greaterThanEqual(cell, ivec2(0))) && all(lessThan(cell, size));
     float h = imageLoad(height_in, clamp(cell, ivec2(0), size - 1)).x;
-    return inside ? h : NOWHERE;
+    return outside(cell, size) ? NOWHERE : h;
 }
 
 // What a cell gives for each metre of drop to a steeper neighbour.
