@@ -284,6 +284,14 @@ impl Parts {
                 S::NAME
             )));
         }
+        let images = S::BINDINGS.iter().filter(|layout| layout.kind == ResourceKind::StorageImage).count();
+        let most = gpu.shared().limits.max_per_stage_descriptor_storage_images;
+        if images > most as usize {
+            return Err(Error::Unsupported(format!(
+                "{}: a shader with {images} storage images; there are {most} here",
+                S::NAME
+            )));
+        }
         let all_stages =
             S::STAGES.iter().fold(vk::ShaderStageFlags::empty(), |all, (kind, _)| all | stage(*kind));
         let mut raw = Raw {

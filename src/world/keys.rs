@@ -364,6 +364,7 @@ const HYDRAULIC_PRESETS: &[Preset] = &[
         about: "the model as Korošec & Lebar Bajec print it",
         keys: r#"
 pipes = "four"
+capacity = 2
 section = "fixed"
 drag = 0
 ramp_depth = 0
