@@ -407,7 +407,7 @@ fn folder() -> TempDir {
 
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
-    command.args(arguments).current_dir(folder);
+    command.args(arguments).current_dir(folder).env("TERRANE_VALIDATION", "1");
     command
 }
 

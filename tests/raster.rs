@@ -81,7 +81,7 @@ fn film(width: u32, height: u32) -> Film {
 
 fn render(gpu: &Gpu, scene: &Scene, width: u32, height: u32) -> Picture {
     let renderer = Renderer::new(gpu).expect("a renderer");
-    renderer.render_with(scene, &film(width, height), ONE_SAMPLE).expect("a picture")
+    renderer.render(scene, &film(width, height), ONE_SAMPLE).expect("a picture")
 }
 
 /// The island of the kit in the light of an afternoon.
@@ -199,7 +199,7 @@ fn tiles_make_the_same_picture() {
     let scene = island(&gpu, 128);
     let film = Film { exposure: 6e-5, ..film(200, 120) };
     let renderer = Renderer::new(&gpu).expect("a renderer");
-    let draw = |tile| renderer.render_with(&scene, &film, Quality { samples: 2, tile }).expect("a picture");
+    let draw = |tile| renderer.render(&scene, &film, Quality { samples: 2, tile }).expect("a picture");
     let (whole, tiled) = (draw(512), draw(56));
     // A tile rounds its vertices by itself, so an edge may move by a hair: a few pixels on outlines, by little.
     let differs =
@@ -212,7 +212,12 @@ fn tiles_make_the_same_picture() {
 fn two_runs_are_the_same_bits() {
     let gpu = kit::gpu();
     let scene = island(&gpu, 128);
-    let draw = || Renderer::new(&gpu).expect("a renderer").render(&scene, &film(160, 90)).expect("a picture");
+    let draw = || {
+        Renderer::new(&gpu)
+            .expect("a renderer")
+            .render(&scene, &film(160, 90), Quality::default())
+            .expect("a picture")
+    };
     assert_eq!(draw(), draw());
 }
 
@@ -421,7 +426,10 @@ fn golden_picture() {
     let gpu = kit::gpu();
     let scene = island(&gpu, 256);
     let film = Film { exposure: 6e-5, ..film(320, 180) };
-    let picture = Renderer::new(&gpu).expect("a renderer").render(&scene, &film).expect("a picture");
+    let picture = Renderer::new(&gpu)
+        .expect("a renderer")
+        .render(&scene, &film, Quality::default())
+        .expect("a picture");
     let found = picture.developed(ToneMap::Filmic);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/island.png");
     if std::env::var_os("TERRANE_BLESS").is_some() {

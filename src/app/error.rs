@@ -19,6 +19,9 @@ pub enum Error {
     Gpu(#[from] gpu::Error),
     #[error(transparent)]
     File(#[from] formats::Error),
+    /// Vulkan was used wrongly.
+    #[error("the Vulkan validation layer complains:\n{}", .0.join("\n"))]
+    Validation(Vec<String>),
     #[error("interrupted; no file was written")]
     Interrupted,
 }
@@ -39,6 +42,7 @@ impl Error {
                 gpu::Error::Vk { .. } => 1,
             },
             Error::File(_) => 7,
+            Error::Validation(_) => 1,
             Error::Interrupted => 130,
         }
     }

@@ -29,7 +29,7 @@ pub fn open(options: &DeviceOptions, session: &mut Session) -> Result<Gpu, Error
     let options = gpu::Options {
         device: options.device.clone(),
         memory_limit: options.memory_limit,
-        ..Default::default()
+        validation: session.validation.clone(),
     };
     let gpu = Gpu::new(&options)?;
     session.report.device = Some(gpu.info().name.clone());

@@ -9,6 +9,7 @@ mod report;
 
 pub use error::Error;
 
+use crate::gpu::MessageLog;
 use clap::Parser;
 use cli::Cli;
 use progress::Progress;
@@ -24,10 +25,19 @@ pub fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => return refuse(&arguments, &error),
     };
-    let mut session = Session { report: Report::of(cli.name()), progress: Progress::new(cli.voice()) };
-    let result = cli.run(&mut session);
+    let validation = std::env::var_os("TERRANE_VALIDATION").map(|_| MessageLog::default());
+    let mut session = Session {
+        report: Report::of(cli.name()),
+        progress: Progress::new(cli.voice()),
+        validation: validation.clone(),
+    };
+    let mut result = cli.run(&mut session);
+    let messages = validation.map(|log| log.take()).unwrap_or_default();
+    if result.is_ok() && !messages.is_empty() {
+        result = Err(Error::Validation(messages));
+    }
 
-    let Session { mut report, mut progress } = session;
+    let Session { mut report, mut progress, .. } = session;
     progress.end();
     report.stages = progress.into_stages();
     let mut code = 0;
@@ -46,6 +56,9 @@ pub fn main() -> ExitCode {
 struct Session {
     report: Report,
     progress: Progress,
+    /// Messages of the Vulkan validation layer, which the environment variable `TERRANE_VALIDATION` switches on. Any
+    /// message fails the run: tests use it.
+    validation: Option<MessageLog>,
 }
 
 /// Arguments that make no sense, or a call for help.

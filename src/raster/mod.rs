@@ -74,32 +74,26 @@ impl Renderer {
         })
     }
 
-    /// The picture of `scene`, of `film`'s size.
+    /// Begins the picture of `scene`, of `film`'s size: lights the ground. [`Drawing::step`] draws.
     ///
     /// # Errors
     /// A lost device, or no memory.
-    pub fn render(&self, scene: &Scene, film: &Film) -> gpu::Result<Picture> {
-        self.render_with(scene, film, Quality::default())
-    }
-
-    /// The same, cut and sampled as `quality` says.
-    ///
-    /// # Errors
-    /// As [`Renderer::render`].
-    pub fn render_with(&self, scene: &Scene, film: &Film, quality: Quality) -> gpu::Result<Picture> {
+    pub fn begin<'a>(&'a self, scene: &'a Scene, film: &Film, quality: Quality) -> gpu::Result<Drawing<'a>> {
         let prepared = self.patches.prepare(&self.gpu, scene, film, quality)?;
         let exposure = self.exposure.measure(&self.gpu, scene, &prepared)?;
-        let mut picture = Picture::new(film.width, film.height);
-        for top in (0..film.height).step_by(quality.tile as usize) {
-            for left in (0..film.width).step_by(quality.tile as usize) {
-                let size = [quality.tile.min(film.width - left), quality.tile.min(film.height - top)];
-                let tile = Tile { origin: [left, top], size, samples: quality.samples };
-                let range = self.range(&prepared, scene, film, tile)?;
-                let pixels = self.shade(&prepared, scene, &exposure, film, tile, &range)?;
-                picture.place([left, top], size[0], &pixels);
-            }
-        }
-        Ok(picture)
+        let tiles = Tile::cut(film, quality);
+        let picture = Picture::new(film.width, film.height);
+        Ok(Drawing { renderer: self, scene, film: *film, prepared, exposure, tiles, done: 0, picture })
+    }
+
+    /// The whole picture at once.
+    ///
+    /// # Errors
+    /// As [`Renderer::begin`].
+    pub fn render(&self, scene: &Scene, film: &Film, quality: Quality) -> gpu::Result<Picture> {
+        let mut drawing = self.begin(scene, film, quality)?;
+        while drawing.step()? {}
+        Ok(drawing.into_picture())
     }
 
     /// Distance of the ground from the eye for every sample of the picture, metres, row by row; 0 where there is
@@ -198,6 +192,44 @@ impl Renderer {
     }
 }
 
+/// A picture in the making, tile by tile.
+pub struct Drawing<'a> {
+    renderer: &'a Renderer,
+    scene: &'a Scene,
+    film: Film,
+    prepared: Prepared,
+    exposure: Exposure,
+    tiles: Vec<Tile>,
+    done: usize,
+    picture: Picture,
+}
+
+impl Drawing<'_> {
+    /// Draws the next tile; false if there was none left.
+    ///
+    /// # Errors
+    /// As [`Renderer::begin`].
+    pub fn step(&mut self) -> gpu::Result<bool> {
+        let Some(&tile) = self.tiles.get(self.done) else { return Ok(false) };
+        let Drawing { renderer, scene, film, prepared, exposure, .. } = self;
+        let range = renderer.range(prepared, scene, film, tile)?;
+        let pixels = renderer.shade(prepared, scene, exposure, film, tile, &range)?;
+        self.picture.place(tile.origin, tile.size[0], &pixels);
+        self.done += 1;
+        Ok(true)
+    }
+
+    /// Tiles drawn, and tiles in all.
+    pub fn progress(&self) -> (usize, usize) {
+        (self.done, self.tiles.len())
+    }
+
+    /// What is drawn so far; the rest is black.
+    pub fn into_picture(self) -> Picture {
+        self.picture
+    }
+}
+
 /// A part of the picture.
 #[derive(Clone, Copy)]
 struct Tile {
@@ -210,6 +242,19 @@ struct Tile {
 }
 
 impl Tile {
+    /// The tiles of a picture, row by row.
+    fn cut(film: &Film, quality: Quality) -> Vec<Tile> {
+        let starts = |whole: u32| (0..whole).step_by(quality.tile as usize);
+        starts(film.height)
+            .flat_map(|top| starts(film.width).map(move |left| [left, top]))
+            .map(|origin| {
+                let [left, top] = origin;
+                let size = [quality.tile.min(film.width - left), quality.tile.min(film.height - top)];
+                Tile { origin, size, samples: quality.samples }
+            })
+            .collect()
+    }
+
     fn sample_size(self) -> [u32; 2] {
         self.size.map(|side| side * self.samples)
     }

@@ -4,7 +4,7 @@ use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
 use crate::app::{Error, Session, interrupt, land};
 use crate::formats;
-use crate::raster::{Picture, Renderer};
+use crate::raster::{Picture, Quality, Renderer};
 use crate::scene::Film;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -60,11 +60,18 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let renderer = Renderer::new(&gpu)?;
     let ground = land::simulate(&gpu, &world, session)?.land()?;
 
-    session.progress.show("picture", 0, 1);
-    let picture = renderer.render(&land::scene(&world, ground), &film)?;
-    session.progress.show("picture", 1, 1);
+    let scene = land::scene(&world, ground);
+    let mut drawing = renderer.begin(&scene, &film, Quality::default())?;
+    loop {
+        let (done, of) = drawing.progress();
+        session.progress.show("picture", done as u64, of as u64);
+        interrupt::check()?;
+        if !drawing.step()? {
+            break;
+        }
+    }
     session.progress.end();
-    interrupt::check()?;
+    let picture = drawing.into_picture();
 
     write(&place.file(&name), &picture, &film, session)
 }
