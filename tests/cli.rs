@@ -139,6 +139,7 @@ fn every_layer_is_a_file_with_a_sidecar() {
         assert!((sidecar["cell_size"].as_f64().unwrap() - 2000.0 / 63.0).abs() < 1e-5);
         assert!(sidecar["sea_level"].is_number());
         assert_eq!(sidecar["world_sha256"], sha256(WORLD.as_bytes()));
+        assert_eq!(sidecar["set"], Value::Array(vec![]));
         let [min, max] = ["min", "max"].map(|key| sidecar[key].as_f64().unwrap() as f32);
         for (_, values) in &read {
             assert_eq!(values.len(), 64 * 64);
@@ -185,6 +186,34 @@ fn a_height_map_can_be_the_ground_of_another_world() {
 }
 
 #[test]
+fn a_sidecar_says_how_to_make_the_land_again() {
+    let folder = folder();
+    let set = ["terrain.extent=3000", "terrain.layers.0.cone.height=400"];
+    let output = terrane(
+        folder.path(),
+        &["export", "bare.toml", "-o", "h.exr", "--set", set[0], "--seed", "9", "--set", set[1]],
+    );
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let sidecar =
+        || -> Value { serde_json::from_slice(&fs::read(folder.path().join("h.exr.json")).unwrap()).unwrap() };
+    let first = sidecar();
+    assert_eq!((&first["seed"], &first["world_sha256"]), (&9.into(), &sha256(BARE.as_bytes()).into()));
+    assert_eq!(first["set"], Value::from(set.to_vec()));
+
+    let height = fs::read(folder.path().join("h.exr")).unwrap();
+    let mut again = vec!["export".into(), first["world"].as_str().unwrap().to_owned()];
+    again.extend(["-o", "h.exr", "--seed"].map(String::from));
+    again.push(first["seed"].to_string());
+    for set in first["set"].as_array().unwrap() {
+        again.extend(["--set".into(), set.as_str().unwrap().to_owned()]);
+    }
+    let again: Vec<&str> = again.iter().map(String::as_str).collect();
+    assert_eq!(code(&terrane(folder.path(), &again)), 0);
+    assert!(height == fs::read(folder.path().join("h.exr")).unwrap());
+    assert_eq!(first, sidecar());
+}
+
+#[test]
 fn a_check_prints_the_plan_and_makes_nothing() {
     let folder = folder();
     let before = names(folder.path());
@@ -203,6 +232,11 @@ fn a_check_prints_the_plan_and_makes_nothing() {
         plan["time_step"].as_f64().unwrap() > 0.0 && plan["memory_bytes"].as_u64().unwrap() > 64 * 64 * 4
     );
     assert_eq!(plan["stages"][0]["name"], "base terrain");
+    let picture = &plan["picture"];
+    let parts = picture["memory"].as_array().unwrap();
+    assert!(parts.iter().any(|part| part["name"] == "tile"), "{picture}");
+    let sum: u64 = parts.iter().map(|part| part["bytes"].as_u64().unwrap()).sum();
+    assert_eq!(picture["memory_bytes"], sum);
     assert_eq!(names(folder.path()), before);
 }
 
@@ -281,6 +315,13 @@ fn what_cannot_be_read_or_written_is_named() {
     refused(&["render", "world.toml", "-o", "missing/folder/"], 7, &["missing/folder"]);
     refused(&["render", "world.toml", "-o", "world.toml/a.png"], 7, &["world.toml/a.png"]);
     refused(&["export", "world.toml", "-o", "missing/folder/"], 7, &["missing/folder"]);
+    refused(&["export", "world.toml", "-o", "bare.toml/"], 7, &["bare.toml", "a file bears", "-o"]);
+    // The folder that export makes when none is named.
+    let folder = folder();
+    fs::write(folder.path().join("world"), "").unwrap();
+    let output = terrane(folder.path(), &["export", "world.toml"]);
+    assert_eq!(code(&output), 7);
+    assert!(stderr(&output).contains("name another folder with -o"), "{}", stderr(&output));
 }
 
 #[cfg(target_os = "linux")]
@@ -310,6 +351,17 @@ fn devices_and_drivers_that_are_not_there_are_refused() {
 fn memory_is_not_taken_beyond_the_limit() {
     refused(&["render", "world.toml", "--memory-limit", "100KiB"], 6, &["--memory-limit"]);
     refused(&["check", "world.toml", "--memory-limit", "100KiB"], 6, &["--memory-limit", "terrain.cells"]);
+    // There is room for the simulation, and not for the picture.
+    let large = ["--memory-limit", "4MiB", "--set", "render.size=[400,400]"];
+    for verb in ["render", "check"] {
+        let arguments = [&[verb, "world.toml"][..], &large].concat();
+        refused(&arguments, 6, &["the picture needs", "4.0 MiB may be used", "the picture's size"]);
+    }
+    // Nothing of it has been made by then, and no folder for it.
+    refused(&["export", "world.toml", "-o", "maps/", "--memory-limit", "100KiB"], 6, &["the land needs"]);
+    let layers = ["export", "bare.toml", "--layer", "height", "normal", "--memory-limit", "300KiB"];
+    refused(&layers, 6, &["the land needs"]);
+    refused(&["render", "world.toml", "--size", "16384x16384"], 6, &["4608.0 MiB", "3072.0 MiB", "--size"]);
 }
 
 #[cfg(target_os = "linux")]
@@ -368,6 +420,53 @@ fn an_interrupted_run_ends_with_130_and_leaves_no_file() {
         assert_eq!(json["outputs"], Value::Array(vec![]));
         assert_eq!(names(folder.path()), before);
     }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_picture_leaves_no_file() {
+    let folder = folder();
+    let before = names(folder.path());
+    let large = ["render", "bare.toml", "--json", "--size", "4096x4096", "-o", "pictures/"];
+    let mut child =
+        command(folder.path(), &large).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().starts_with("base terrain")));
+    // The simulation looks once more whether it is to end.
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 130);
+    assert!(lines.any(|line| line.unwrap() == "error: interrupted; no file was written"));
+    let json = json(&output);
+    let picture = &json["stages"][1];
+    assert_eq!(picture["name"], "picture", "{json}");
+    assert!(picture["iterations"].as_u64().unwrap() < 64, "it was drawn to its end");
+    assert_eq!(names(folder.path()), before);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_export_says_what_it_has_written() {
+    let folder = folder();
+    let all = ["export", "world.toml", "--json", "--layer", "all", "--set", "terrain.cells=512"];
+    let short = ["--set", "erosion.hydraulic.duration=1", "--set", "reef=\"none\""];
+    let mut child = command(folder.path(), &[&all[..], &short].concat())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().starts_with("wrote")));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 130);
+    let written = json(&output)["outputs"].as_array().unwrap().len();
+    assert_eq!(names(&folder.path().join("world")).len(), written);
+    let expected = format!("error: interrupted; {written} files had been written, and are whole");
+    assert!(lines.any(|line| line.unwrap() == expected));
 }
 
 #[test]

@@ -171,7 +171,8 @@ fn a_sidecar_is_plain_json() {
         json,
         serde_json::json!({
             "min": -3.5, "max": 811.25, "unit": "m", "extent": 8000.0, "cell_size": 15.625, "sea_level": 0.5,
-            "seed": 7, "world": "volcano.toml", "world_sha256": "00ff"
+            "seed": 7, "world": "volcano.toml", "world_sha256": "00ff",
+            "set": ["terrain.cells=64"]
         })
     );
     assert_eq!(sidecar::read_range(&path).unwrap(), Some([-3.5, 811.25]));
@@ -396,6 +397,7 @@ fn beside([min, max]: [f32; 2]) -> Sidecar {
         seed: 7,
         world: "volcano.toml".into(),
         world_sha256: "00ff".into(),
+        set: vec!["terrain.cells=64".into()],
     }
 }
 

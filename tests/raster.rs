@@ -7,8 +7,9 @@ use std::f64::consts::PI;
 use terrane::core::camera::Pinhole;
 use terrane::core::color::filmic;
 use terrane::core::grid::Grid;
+use terrane::core::memory;
 use terrane::gpu::{Gpu, Image, Recorder, format::R32f};
-use terrane::raster::{Picture, Quality, Renderer};
+use terrane::raster::{self, Picture, Quality, Renderer};
 use terrane::scene::{
     Air, AirLayer, Camera, Film, Ground, Light, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
 };
@@ -479,6 +480,18 @@ fn framing_fills_the_picture_from_its_middle() {
 }
 
 #[test]
+fn drowned_land_is_framed_from_above_the_sea() {
+    let gpu = kit::gpu();
+    let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 1000.0 }, |_, _| -5000.0);
+    scene.ground.sea_level = 0.0;
+    scene.sea.deep_colour = [0.1, 0.2, 0.4];
+    scene.light.sun = Some(sun_at(0.9, 80_000.0));
+    scene.camera.view = View::FrameIsland { azimuth: 0.0, elevation: 0.3, distance: 1.0 };
+    // There is no sky: what is not the sea is black.
+    assert!(render(&gpu, &scene, 33, 33).pixels.iter().filter(|pixel| pixel[2] > 0.0).count() > 33 * 33 / 2);
+}
+
+#[test]
 fn filmic_keeps_greys_grey_and_order() {
     let mut last = -1.0;
     for step in 0..200 {
@@ -490,6 +503,26 @@ fn filmic_keeps_greys_grey_and_order() {
     }
     assert!((filmic([0.18; 3])[1] - 0.18).abs() < 1e-4);
     assert_eq!(filmic([100.0; 3]), [1.0; 3]);
+}
+
+#[test]
+fn memory_of_a_picture_is_known_before() {
+    // Small tiles on a fine grid, and a tile that is all.
+    for (cells, film, quality) in [
+        (512, film(300, 100), Quality { samples: 1, tile: 64 }),
+        (1280, film(64, 64), Quality::default()),
+        (128, film(500, 400), Quality::default()),
+    ] {
+        let gpu = kit::validated_gpu().0;
+        let renderer = Renderer::new(&gpu).expect("a renderer");
+        let scene = sandbox(&gpu, Grid { cells, extent: 4000.0 }, |x, _| 0.1 * x);
+        let land = gpu.memory().used;
+        let mut drawing = renderer.begin(&scene, &film, quality).expect("a drawing");
+        while drawing.step().expect("a tile") {}
+        let most = gpu.memory().peak;
+        let planned = land + memory::total(&raster::memory::picture(scene.ground.grid, &film, quality));
+        assert!(most >= planned && most < planned + planned / 4, "{cells}: {planned} planned, {most} used");
+    }
 }
 
 #[test]

@@ -22,8 +22,11 @@ pub enum Error {
     /// Vulkan was used wrongly.
     #[error("the Vulkan validation layer complains:\n{}", .0.join("\n"))]
     Validation(Vec<String>),
-    #[error("interrupted; no file was written")]
-    Interrupted,
+    #[error("interrupted; {}", match written {
+        0 => "no file was written".into(),
+        written => format!("{written} files had been written, and are whole"),
+    })]
+    Interrupted { written: usize },
 }
 
 impl Error {
@@ -43,7 +46,7 @@ impl Error {
             },
             Error::File(_) => 7,
             Error::Validation(_) => 1,
-            Error::Interrupted => 130,
+            Error::Interrupted { .. } => 130,
         }
     }
 }

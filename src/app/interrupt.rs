@@ -1,6 +1,6 @@
 //! Ctrl-C and SIGTERM: the first asks the run to end between two steps, the second ends the process at once.
 
-use super::Error;
+use super::{Error, report::Report};
 use crate::formats::file;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -17,6 +17,10 @@ pub fn listen() {
 }
 
 /// Fails once an interruption has been asked for; called between steps.
-pub fn check() -> Result<(), Error> {
-    if REQUESTED.load(Ordering::SeqCst) { Err(Error::Interrupted) } else { Ok(()) }
+pub fn check(report: &Report) -> Result<(), Error> {
+    if REQUESTED.load(Ordering::SeqCst) {
+        Err(Error::Interrupted { written: report.written() })
+    } else {
+        Ok(())
+    }
 }

@@ -41,7 +41,7 @@ pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simul
     let mut simulation = Simulation::new(gpu, &world.plan)?;
     let mut progress = simulation.progress();
     while !progress.finished {
-        interrupt::check()?;
+        interrupt::check(&session.report)?;
         session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
         let before = progress;
         progress = simulation.step(SLICE)?;
@@ -51,7 +51,7 @@ pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simul
     }
     session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
     session.progress.end();
-    interrupt::check()?;
+    interrupt::check(&session.report)?;
     Ok(simulation)
 }
 

@@ -4,6 +4,7 @@ mod cli;
 mod error;
 mod interrupt;
 mod land;
+mod memory;
 mod progress;
 mod report;
 

@@ -75,6 +75,11 @@ impl Report {
         self.outputs.push(Output { path, bytes: file.bytes, sha256: file.sha256.clone() });
     }
 
+    /// How many files there are.
+    pub fn written(&self) -> usize {
+        self.outputs.len()
+    }
+
     pub fn fail(&mut self, exit_code: u8, error: &dyn Display) {
         self.error = Some(Failure { exit_code, message: error.to_string() });
     }

@@ -4,3 +4,4 @@ pub mod camera;
 pub mod color;
 pub mod grid;
 pub mod hash;
+pub mod memory;

@@ -41,6 +41,23 @@ pub fn check_writable(path: &Path) -> Result<(), Error> {
     Ok(())
 }
 
+/// Finds out whether [`make_folder`] would work, without leaving anything behind.
+///
+/// # Errors
+/// Those of [`make_folder`].
+pub fn check_folder(path: &Path) -> Result<(), Error> {
+    if path.is_dir() {
+        return Ok(());
+    }
+    // Behind a separator no file would be found.
+    let plain: PathBuf = path.components().collect();
+    if plain.exists() {
+        let reason = "a file bears that name; name another folder with -o, ending in /";
+        return Err(Error::Target { path: plain, reason });
+    }
+    check_writable(&plain)
+}
+
 /// Makes a folder, if need be; its parent must exist.
 ///
 /// # Errors

@@ -24,6 +24,8 @@ pub struct Sidecar {
     pub world: String,
     /// Of the world file, in hexadecimal.
     pub world_sha256: String,
+    /// What was changed in it, `section.key=value`, in order.
+    pub set: Vec<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,6 +1,7 @@
 //! What reaches each place on the ground: the sun, the sky, the waves of the open sea.
 
 use super::frame::Prepared;
+use crate::core::grid::Grid;
 use crate::gpu::{
     self, Compute, Gpu, Image, Recorder,
     format::{R32f, Rg32f, Rgba32f},
@@ -23,6 +24,11 @@ pub struct Exposure {
 /// Most samples a side. What the images hold varies smoothly, so that more would cost much and show nothing.
 const FINEST: u32 = 1024;
 
+/// Samples a side over this grid.
+pub(super) fn side(grid: Grid) -> u32 {
+    grid.cells.min(FINEST)
+}
+
 pub(super) struct Passes {
     shadow: Compute<shadow::Shader>,
     openness: Compute<openness::Shader>,
@@ -42,7 +48,7 @@ impl Passes {
 
     pub fn measure(&self, gpu: &Gpu, scene: &Scene, prepared: &Prepared) -> gpu::Result<Exposure> {
         let ground = &scene.ground;
-        let cells = ground.grid.cells.min(FINEST);
+        let cells = side(ground.grid);
         let size = [cells; 2];
         let exposure = Exposure {
             shadow: Image::new(gpu, "shadow", size)?,

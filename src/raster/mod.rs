@@ -9,6 +9,7 @@ mod exposure;
 mod frame;
 mod light;
 mod maps;
+pub mod memory;
 mod patches;
 mod picture;
 

@@ -6,7 +6,7 @@ use super::{
     Quality,
     frame::{self, Prepared},
 };
-use crate::core::camera::Pinhole;
+use crate::core::{camera::Pinhole, grid::Grid};
 use crate::gpu::{self, Buffer, Compute, Gpu, Recorder};
 use crate::scene::{Film, Scene, View};
 use crate::shaders::{Patch, raster::patches};
@@ -21,8 +21,7 @@ impl Pass {
     /// Bounds the ground, places the camera and uploads what every other pass needs to know.
     pub fn prepare(&self, gpu: &Gpu, scene: &Scene, film: &Film, quality: Quality) -> gpu::Result<Prepared> {
         let grid = scene.ground.grid;
-        // Eight cells to a patch can be divided far below a cell; more patches would only cost.
-        let side = ((grid.cells - 1) / 8).clamp(16, 256);
+        let side = side(grid);
         let patches = Buffer::<Patch>::new(gpu, "patches", (side * side) as usize)?;
         let mut rec = Recorder::new(gpu);
         rec.dispatch(
@@ -46,6 +45,12 @@ impl Pass {
     }
 }
 
+/// Patches along one side of this grid.
+pub(super) fn side(grid: Grid) -> u32 {
+    // Eight cells to a patch can be divided far below a cell; more patches would only cost.
+    ((grid.cells - 1) / 8).clamp(16, 256)
+}
+
 fn camera(scene: &Scene, film: &Film, bounds: &[Patch], side: u32) -> Pinhole {
     let aspect = film.width as f32 / film.height as f32;
     let fov = scene.camera.fov;
@@ -60,22 +65,19 @@ fn camera(scene: &Scene, film: &Film, bounds: &[Patch], side: u32) -> Pinhole {
     }
 }
 
-/// Boxes round the land above the sea, one a patch; all of the ground where there is none.
+/// Boxes round the land above the sea, one a patch; where there is none, the sea above all of the ground.
 fn land(scene: &Scene, bounds: &[Patch], side: u32) -> Vec<[Vec3; 2]> {
     let sea_level = scene.ground.sea_level;
     let extent = scene.ground.grid.extent;
     let patch_size = extent / side as f32;
-    let boxes = |floor: f32| -> Vec<[Vec3; 2]> {
-        let above = bounds.iter().enumerate().filter(|(_, patch)| patch.greatest > floor);
-        above
-            .map(|(index, patch)| {
-                let x = (index as u32 % side) as f32 * patch_size - extent / 2.0;
-                let z = (index as u32 / side) as f32 * patch_size - extent / 2.0;
-                let least = Vec3::new(x, patch.least.max(floor), z);
-                [least, Vec3::new(x + patch_size, patch.greatest, z + patch_size)]
-            })
-            .collect()
-    };
-    let land = boxes(sea_level);
-    if land.is_empty() { boxes(f32::NEG_INFINITY) } else { land }
+    let drowned = bounds.iter().all(|patch| patch.greatest <= sea_level);
+    let shown = bounds.iter().enumerate().filter(|(_, patch)| drowned || patch.greatest > sea_level);
+    shown
+        .map(|(index, patch)| {
+            let x = (index as u32 % side) as f32 * patch_size - extent / 2.0;
+            let z = (index as u32 / side) as f32 * patch_size - extent / 2.0;
+            let [least, greatest] = [patch.least, patch.greatest].map(|height| height.max(sea_level));
+            [Vec3::new(x, least, z), Vec3::new(x + patch_size, greatest, z + patch_size)]
+        })
+        .collect()
 }

@@ -43,6 +43,19 @@ pub enum Combine {
     Min,
 }
 
+impl Layer {
+    /// Device memory of the raster that is sampled, if it has one.
+    pub(super) fn raster_bytes(&self) -> u64 {
+        let Layer::Generate { generator, .. } = self else { return 0 };
+        let points = match generator {
+            Generator::Cone { .. } | Generator::Simplex { .. } => 0,
+            Generator::DiamondSquare { n, .. } => ((1 << n) + 1_u64).pow(2),
+            Generator::Heightmap { map } => map.values.len() as u64,
+        };
+        4 * points
+    }
+}
+
 impl Combine {
     /// As the kernels number it, with the reference height that only `Power` has.
     fn code(self) -> (u32, f32) {

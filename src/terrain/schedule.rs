@@ -1,6 +1,7 @@
 //! What a plan comes to, before any device is asked: stages, steps, memory.
 
-use super::{Plan, fields::Images};
+use super::{Plan, fields::Images, layers};
+use crate::core::memory::Memory;
 
 /// The parts of a run, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,13 +32,6 @@ impl Stage {
 pub struct Steps {
     pub count: u32,
     pub step: f64,
-}
-
-/// Device memory by what it holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Memory {
-    pub name: &'static str,
-    pub bytes: u64,
 }
 
 impl Plan {
@@ -71,10 +65,14 @@ impl Plan {
         (f64::from(self.sea_level) + rise) as f32
     }
 
-    /// Device memory that the simulation needs, without what single layers need while they are made.
+    /// Device memory that the simulation needs, with the copies that are made at its beginning or its end.
     pub fn memory(&self) -> Vec<Memory> {
         let images = Images::of(self);
         let cells = self.grid.samples() as u64;
+        let rasters: u64 = self.layers.iter().map(layers::Layer::raster_bytes).sum();
+        let maps: usize = self.controls.channels().into_iter().flatten().map(|map| map.values.len()).sum();
+        // What files hold on its way to the device, or the land that a renderer is given.
+        let copies = rasters.max(self.land_memory().bytes + 8 * maps as u64);
         let kept = |used: bool, bytes_per_cell: u64| if used { cells * bytes_per_cell } else { 0 };
         [
             ("ground", kept(true, 4 * 4)),
@@ -84,10 +82,17 @@ impl Plan {
             ("slope", kept(images.hydraulic, 4) + kept(images.velocity, 8)),
             ("reef", kept(images.reef, 3 * 4)),
             ("controls", kept(images.controls, 16)),
+            ("rasters", rasters),
+            ("copies", copies),
         ]
         .into_iter()
         .filter(|(_, bytes)| *bytes > 0)
         .map(|(name, bytes)| Memory { name, bytes })
         .collect()
+    }
+
+    /// Device memory of what [`super::Simulation::land`] gives to a renderer.
+    pub fn land_memory(&self) -> Memory {
+        Memory { name: "land", bytes: self.grid.samples() as u64 * 4 * 4 }
     }
 }

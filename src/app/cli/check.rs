@@ -1,8 +1,10 @@
 //! `terrane check`: whether a world can be made, and what it takes, without making it.
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
+use crate::app::memory::{Phases, check_picture};
 use crate::app::report::Details;
 use crate::app::{Error, Session, land};
+use crate::core::memory::{Memory, mebibytes, total};
 use crate::gpu;
 use crate::terrain::schedule::Stage;
 use crate::world::World;
@@ -25,10 +27,11 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let world = land::load(&arguments.world, session)?;
-    session.report.details = Some(Details::Plan(object(&world)));
+    let phases = Phases::of(&world, &world.film);
+    session.report.details = Some(Details::Plan(object(&world, &phases)));
     if !arguments.output.quiet && !arguments.output.json {
         // Nobody may be reading.
-        let _ = write!(io::stdout().lock(), "{}", Table(&world));
+        let _ = write!(io::stdout().lock(), "{}", Table(&world, &phases));
     }
 
     let mut limit = arguments.device.memory_limit;
@@ -42,31 +45,21 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         }
         limit = Some(gpu.memory().limit);
     }
-    let needed = bytes_needed(&world);
-    match limit {
-        Some(limit) if needed > limit => Err(Error::Memory(format!(
-            "the land needs {} of device memory and {} may be used; lower terrain.cells, or raise --memory-limit",
-            mebibytes(needed),
-            mebibytes(limit)
-        ))),
-        _ => Ok(()),
-    }
-}
-
-fn bytes_needed(world: &World) -> u64 {
-    world.plan.memory().iter().map(|part| part.bytes).sum()
+    check_picture(&world.film)?;
+    limit.map_or(Ok(()), |limit| phases.check(limit))
 }
 
 /// The plan for programs.
-fn object(world: &World) -> serde_json::Value {
+fn object(world: &World, phases: &Phases) -> serde_json::Value {
     let plan = &world.plan;
     let stages: Vec<_> = plan
         .stages()
         .into_iter()
         .map(|(stage, iterations)| json!({ "name": stage.name(), "iterations": iterations }))
         .collect();
-    let memory: Vec<_> =
-        plan.memory().into_iter().map(|part| json!({ "name": part.name, "bytes": part.bytes })).collect();
+    let memory = |parts: &[Memory]| -> Vec<_> {
+        parts.iter().map(|part| json!({ "name": part.name, "bytes": part.bytes })).collect()
+    };
     json!({
         "cells": plan.grid.cells,
         "extent": plan.grid.extent,
@@ -76,18 +69,23 @@ fn object(world: &World) -> serde_json::Value {
         "stages": stages,
         "time_step": plan.time_step(),
         "reef_step": plan.reef.as_ref().map(|reef| reef.step),
-        "memory": memory,
-        "memory_bytes": bytes_needed(world),
-        "picture": { "width": world.film.width, "height": world.film.height },
+        "memory": memory(&phases.land),
+        "memory_bytes": total(&phases.land),
+        "picture": {
+            "width": world.film.width,
+            "height": world.film.height,
+            "memory": memory(&phases.picture),
+            "memory_bytes": total(&phases.picture),
+        },
     })
 }
 
 /// The plan for people.
-struct Table<'a>(&'a World);
+struct Table<'a>(&'a World, &'a Phases);
 
 impl Display for Table<'_> {
     fn fmt(&self, out: &mut Formatter) -> fmt::Result {
-        let Table(world) = self;
+        let Table(world, phases) = self;
         let plan = &world.plan;
         let grid = plan.grid;
         writeln!(out, "{}, seed {}", world.name, world.seed)?;
@@ -113,14 +111,20 @@ impl Display for Table<'_> {
                 _ => writeln!(out)?,
             }
         }
-        let memory = plan.memory();
-        let parts: Vec<String> =
-            memory.iter().map(|part| format!("{} {}", part.name, mebibytes(part.bytes))).collect();
-        writeln!(out, "memory   {} on the device: {}", mebibytes(bytes_needed(world)), parts.join(", "))?;
-        writeln!(out, "picture  {} × {} pixels", world.film.width, world.film.height)
+        writeln!(out, "memory   on the device, {}", Parts(&phases.land))?;
+        writeln!(out, "picture  {} × {} pixels", world.film.width, world.film.height)?;
+        writeln!(out, "         on the device, {}", Parts(&phases.picture))
     }
 }
 
-fn mebibytes(bytes: u64) -> String {
-    format!("{:.1} MiB", bytes as f64 / f64::from(1 << 20))
+/// A sum and what it is of.
+struct Parts<'a>(&'a [Memory]);
+
+impl Display for Parts<'_> {
+    fn fmt(&self, out: &mut Formatter) -> fmt::Result {
+        let Parts(parts) = self;
+        let shares: Vec<String> =
+            parts.iter().map(|part| format!("{} {}", part.name, mebibytes(part.bytes))).collect();
+        write!(out, "{}: {}", mebibytes(total(parts)), shares.join(", "))
+    }
 }

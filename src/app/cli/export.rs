@@ -2,12 +2,14 @@
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use super::output::{Place, check_extension};
+use crate::app::memory::check_device;
 use crate::app::{Error, Session, interrupt, land};
+use crate::core::memory::total;
 use crate::formats::file::Written;
 use crate::formats::sidecar::{Range, Sidecar, Values};
 use crate::formats::{self, extremes, sidecar};
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f, format::Rgba32f};
-use crate::raster::{Maps, Renderer};
+use crate::raster::{self, Maps, Renderer};
 use crate::terrain::{Layer as Simulated, Plan, Simulation};
 use crate::world::World;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -68,17 +70,21 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let world = land::load(&arguments.world, session)?;
     let layers = choose(&arguments.layers, &world)?;
     let default = PathBuf::from(format!("./{}/", world.name));
-    let files = files(&Place::of(arguments.out.as_ref().unwrap_or(&default)), format, &layers)?;
+    let place = Place::of(arguments.out.as_ref().unwrap_or(&default));
+    let files = files(&place, format, &layers)?;
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
+    check_device("the land", bytes_needed(&world, &layers), "terrain.cells", gpu.memory().limit)?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let file = arguments.world.world.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let land = Land { world: &world, file, sea_level: simulation.sea_level() };
+    let set = arguments.world.set.clone();
+    let land = Land { world: &world, file, set, sea_level: simulation.sea_level() };
     let mut source = Source { gpu: &gpu, world: &world, simulation: &simulation, maps: None };
     for (path, layers) in files {
-        interrupt::check()?;
+        interrupt::check(&session.report)?;
         let rasters = layers.into_iter().map(|layer| source.raster(layer)).collect::<Result<Vec<_>, _>>()?;
+        place.make()?;
         write(&path, format, rasters, &land, session)?;
     }
     Ok(())
@@ -98,6 +104,13 @@ fn file_format(arguments: &Arguments) -> Result<Format, Error> {
         ))),
         _ => Ok(format),
     }
+}
+
+/// Device memory: the simulation stays to the end, and what the renderer draws of it is beside it.
+fn bytes_needed(world: &World, layers: &[Layer]) -> u64 {
+    let drawn = layers.iter().any(|layer| !matches!(layer, Layer::Simulated(_)));
+    let maps = if drawn { total(&raster::memory::maps(world.plan.grid)) } else { 0 };
+    total(&world.plan.memory()) + maps
 }
 
 /// The layers that were asked for, once each.
@@ -208,6 +221,8 @@ struct Land<'a> {
     world: &'a World,
     /// Name of the world file.
     file: String,
+    /// What the command line changed in it.
+    set: Vec<String>,
     sea_level: f32,
 }
 
@@ -232,6 +247,7 @@ impl Land<'_> {
             seed: self.world.seed,
             world: self.file.clone(),
             world_sha256: self.world.sha256.clone(),
+            set: self.set.clone(),
         }
     }
 }

@@ -28,15 +28,26 @@ impl Place {
         }
     }
 
-    /// Makes the folder, and finds out whether the files of these names can be written.
+    /// Finds out whether the files of these names can be written, and leaves nothing behind.
     pub fn prepare<'a>(&self, names: impl IntoIterator<Item = &'a str>) -> Result<(), Error> {
         if let Place::Folder(folder) = self {
-            file::make_folder(folder)?;
+            file::check_folder(folder)?;
+            if !folder.exists() {
+                return Ok(());
+            }
         }
         for name in names {
             file::check_writable(&self.file(name))?;
         }
         Ok(())
+    }
+
+    /// Makes the folder if need be, now that there is something to put into it.
+    pub fn make(&self) -> Result<(), Error> {
+        match self {
+            Place::File(_) => Ok(()),
+            Place::Folder(folder) => Ok(file::make_folder(folder)?),
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
+use crate::app::memory::{Phases, check_picture};
 use crate::app::{Error, Session, interrupt, land};
 use crate::formats;
 use crate::raster::{Picture, Quality, Renderer};
@@ -52,11 +53,13 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     if let Some(Size { width, height }) = arguments.size {
         film = Film { width, height, ..film };
     }
+    check_picture(&film)?;
     let name = format!("{}.png", world.name);
     place.prepare([name.as_str()])?;
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
+    Phases::of(&world, &film).check(gpu.memory().limit)?;
     let renderer = Renderer::new(&gpu)?;
     let ground = land::simulate(&gpu, &world, session)?.land()?;
 
@@ -65,7 +68,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     loop {
         let (done, of) = drawing.progress();
         session.progress.show("picture", done as u64, of as u64);
-        interrupt::check()?;
+        interrupt::check(&session.report)?;
         if !drawing.step()? {
             break;
         }
@@ -73,6 +76,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     session.progress.end();
     let picture = drawing.into_picture();
 
+    place.make()?;
     write(&place.file(&name), &picture, &film, session)
 }
 
