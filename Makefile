@@ -31,7 +31,7 @@ test:
 
 test-long:
 	@scripts/install.sh validation
-	$(TEST) --tests -- --ignored
+	$(TEST) --tests -- --ignored --nocapture --test-threads 1
 
 fuzz:
 	@scripts/install.sh

@@ -14,6 +14,10 @@ fi
 
 # On systems other than Debian's family: says what to install, if anything seems to be missing.
 advise() {
+    if [ "$(uname)" = Darwin ]; then
+        say 'macOS is not supported yet; use Linux with a Vulkan 1.3 driver, in a virtual machine for example.'
+        exit 1
+    fi
     missing=
     for tool in $tools; do
         command -v "$tool" >/dev/null || missing="$missing $tool"
@@ -25,7 +29,6 @@ advise() {
     say "terrane needs these, and they are not here:$missing. Install them, with a Vulkan 1.3 driver, by one of"
     say "  Fedora  sudo dnf install cmake ninja-build gcc-c++ python3 pkgconf-pkg-config vulkan-loader mesa-vulkan-drivers${1:+ vulkan-validation-layers}"
     say "  Arch    sudo pacman -S cmake ninja gcc python pkgconf vulkan-icd-loader vulkan-swrast${1:+ vulkan-validation-layers}"
-    say "  macOS   brew install cmake ninja python pkgconf vulkan-loader molten-vk${1:+ vulkan-validationlayers}"
     say 'or by the like of it on your system, and run this again.'
     exit 1
 }

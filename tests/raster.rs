@@ -299,6 +299,77 @@ fn flat_bottom_obeys_beer_and_lambert() {
 }
 
 #[test]
+fn light_obeys_the_cosine_up_to_the_zenith() {
+    let gpu = kit::gpu();
+    let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 1000.0 }, |_, _| 0.0);
+    // The nearer picture resolves the grid; a sample of the other covers twenty cells.
+    for height in [200.0, 100_000.0] {
+        scene.camera = Camera { view: straight_down(height), fov: 300.0 / height };
+        let size = if height < 1e3 { 33 } else { 1 };
+        for elevation in [5.0, 40.0, 80.0, 89.0, 89.7, 89.9, 89.99, 89.999, 90.0] {
+            let elevation = f64::to_radians(elevation);
+            scene.light.sun = Some(sun_at(elevation, 90_000.0));
+            let expected = SAND.map(|albedo| f64::from(albedo) / PI * 90_000.0 * elevation.sin());
+            assert_near(middle(&render(&gpu, &scene, size, size)), expected, 1e-3);
+        }
+    }
+}
+
+#[test]
+fn extreme_worlds_have_finite_pictures() {
+    type Change = fn(&mut Scene);
+    fn sun(scene: &mut Scene, elevation: f64, irradiance: f32, diameter: f32) {
+        scene.light.sun = Some(Sun { diameter, ..sun_at(elevation, irradiance) });
+    }
+    let cases: [(&str, Change); 12] = [
+        ("a sun without a disc", |scene| sun(scene, 0.8, 1e5, 0.0)),
+        ("a sun without a disc over a mirror", |scene| {
+            sun(scene, 0.8, 1e5, 0.0);
+            scene.sea.roughness = 0.0;
+        }),
+        ("a sun on the horizon", |scene| sun(scene, 0.0, 1e5, 0.0)),
+        ("a sun in the zenith", |scene| sun(scene, PI / 2.0, 1e5, 0.01)),
+        ("a sun as wide as the sky", |scene| sun(scene, 0.5, 1e5, PI as f32 / 2.0)),
+        ("a blinding sun", |scene| sun(scene, 0.8, 1e9, 0.0)),
+        ("a blinding sky", |scene| scene.light.sky = Sky::Constant { radiance: [1e9; 3] }),
+        ("no light", |scene| scene.light = Light { sky: Sky::None, sun: None, air: None, clouds: 0.0 }),
+        ("a shore without a beach", |scene| {
+            (scene.surface.beach_height, scene.surface.beach_slope) = (0.0, 0.0);
+        }),
+        ("the finest and roughest of everything", |scene| {
+            scene.surface.patch_size = 0.01;
+            scene.sea.roughness = 1.0;
+        }),
+        ("ink", |scene| scene.sea.attenuation = [100.0; 3]),
+        ("clear water", |scene| scene.sea.attenuation = [0.0; 3]),
+    ];
+    let look = |position, target, fov| Camera { view: View::LookAt { position, target }, fov };
+    let cameras = [
+        look(Vec3::new(2500.0, 0.6, 0.0), Vec3::new(-1000.0, 0.5, 0.0), 1.0),
+        look(Vec3::new(2500.0, 3.0, 0.0), Vec3::new(2400.0, -60.0, 0.0), 2.9),
+        look(Vec3::new(0.0, 1e7, 0.0), Vec3::ZERO, 0.02),
+        look(Vec3::new(-2600.0, 900.0, 0.0), Vec3::new(-1e7, 1e7, 0.0), 2.9),
+    ];
+    let gpu = kit::gpu();
+    let renderer = Renderer::new(&gpu).expect("a renderer");
+    // Level water and a level shore, as flat as ground can be.
+    let mut level = island(&gpu, 64);
+    level.ground.height = upload(&gpu, "height", level.ground.grid, &vec![0.0; level.ground.grid.samples()]);
+    for scene in [island(&gpu, 64), level] {
+        for (name, change) in cases {
+            let mut scene = scene.clone();
+            change(&mut scene);
+            for camera in cameras {
+                scene.camera = camera;
+                let picture = renderer.render(&scene, &film(80, 45), ONE_SAMPLE).expect("a picture");
+                let wrong = picture.pixels.iter().flatten().filter(|channel| !channel.is_finite()).count();
+                assert_eq!(wrong, 0, "{name}, seen by {camera:?}");
+            }
+        }
+    }
+}
+
+#[test]
 fn air_veils_what_is_far() {
     let gpu = kit::gpu();
     let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 4000.0 }, |_, _| 0.0);

@@ -204,6 +204,7 @@ fn units_become_the_programs_own() {
     let world = good(
         r##"
         format = 1
+        sea.level = -1000
         erosion.hydraulic.rain = 90
         erosion.thermal.repose = 45
         surface.grass = "#808080"

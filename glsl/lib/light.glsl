@@ -2,12 +2,20 @@
 #ifndef LIGHT_GLSL
 #define LIGHT_GLSL
 
-// Share of the sun's disc that shows above the ground's shadow: `shade` is its height and its distance (shadow.comp),
-// `blur` a length in metres below which the edge shall not be sharp.
-float sun_visibility(float y, vec2 shade, float blur) {
-    float level = max(length(frame.sun_direction.xz), 1e-4);
-    float rise = frame.sun_direction.y / level;
-    float penumbra = shade.y * frame.sun_radius * (1.0 + rise * rise) + rise * blur + 1e-3;
+// How fast the ray towards the sun rises: the tangent of its elevation, finite even in the zenith.
+float sun_rise() {
+    return max(frame.sun_direction.y, 0.0) / max(length(frame.sun_direction.xz), 1e-4);
+}
+
+// Share of the sun's disc that shows above the ground's shadow: `shade` is its height and its distance (shadow.comp) and
+// `cell` the distance of its samples; `blur` is a length in metres below which the edge shall not be sharp.
+float sun_visibility(float y, vec2 shade, float cell, float blur) {
+    float rise = sun_rise();
+    // From the disc's centre to its lower edge, tan e − tan(e − r). The nearest sample only continues the ground, and
+    // an edge blurred by more than its distance would darken what nothing hides.
+    float t = tan(frame.sun_radius);
+    float penumbra = max(shade.y - 1.5 * cell, 0.0) * t * (1.0 + rise * rise) / (1.0 + rise * t)
+                   + rise * min(blur, cell) + 1e-3;
     return smoothstep(-penumbra, penumbra, y - shade.x);
 }
 

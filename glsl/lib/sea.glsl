@@ -53,7 +53,8 @@ Ripples ripples(vec2 xz, float footprint) {
 // Radiance of the sun mirrored by waves of Gaussian slopes (Cox & Munk 1954; Bruneton et al. 2010, equation 17).
 vec3 glitter(vec3 view, Ripples waves) {
     vec3 facet = frame.sun_direction - view;
-    if (facet.y <= 0.0) return vec3(0.0);
+    // No wave is so steep as to mirror the sun from further down.
+    if (facet.y <= max(1e-3 * length(facet), 1e-9)) return vec3(0.0);
     facet = normalize(facet);
     vec2 slope = -facet.xz / facet.y - waves.slope;
     // The disc is as wide as this much roughness.

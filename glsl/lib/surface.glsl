@@ -31,8 +31,8 @@ Ground ground(Place place) {
     vec3 trees = billows(xz, 0.09 * frame.patch_size, 7, 0.72, footprint, 51u);
 
     // Weights. The waves' own reach stays sandy on steeper shores; where rivers ran lately rock is bare.
-    float beach = 1.0 - smoothstep(0.55, 1.0, above / frame.beach_height - 0.45 * broad.x);
-    float holds = frame.beach_slope * mix(2.5, 1.0, smoothstep(0.2, 1.2, above));
+    float beach = 1.0 - smoothstep(0.55, 1.0, above / max(frame.beach_height, 1e-3) - 0.45 * broad.x);
+    float holds = max(frame.beach_slope, 1e-3) * mix(2.5, 1.0, smoothstep(0.2, 1.2, above));
     beach *= 1.0 - smoothstep(0.75, 1.25, steepness / holds);
     float submerged = 1.0 - smoothstep(-1.2, -0.1, above);
     float bare = smoothstep(frame.rock_slope.x, frame.rock_slope.y, steepness + 0.10 * broad.x + 0.05 * trees.x);

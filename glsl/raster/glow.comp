@@ -12,7 +12,7 @@ layout(binding = 2, r32f) uniform readonly image2D wetness;
 layout(binding = 3, r32f) uniform readonly image2D reef;
 layout(binding = 4, r32f) uniform readonly image2D openness;
 layout(binding = 5, rg32f) uniform readonly image2D shadow;
-layout(binding = 6, rgba16f) uniform writeonly image2D glow;
+layout(binding = 6, rgba32f) uniform writeonly image2D glow;
 
 #include "lib/heightfield.glsl"
 #include "lib/coarse.glsl"
@@ -34,7 +34,7 @@ void main() {
     place.footprint = coarse_cell_size();
     Ground found = ground(place);
     vec3 light = frame.sun_irradiance * max(dot(found.normal, frame.sun_direction), 0.0)
-               * sun_visibility(place.point.y, imageLoad(shadow, at).xy, coarse_cell_size())
+               * sun_visibility(place.point.y, imageLoad(shadow, at).xy, coarse_cell_size(), coarse_cell_size())
                + sky_irradiance(found.normal) * place.openness + bounced(found.albedo, place.openness);
     imageStore(glow, at, vec4(found.albedo / PI * light, 1.0));
 }

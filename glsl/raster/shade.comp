@@ -17,12 +17,16 @@ layout(binding = 6, r32f) uniform readonly image2D reef;
 layout(binding = 7, r32f) uniform readonly image2D openness;
 layout(binding = 8, r32f) uniform readonly image2D surf;
 layout(binding = 9, rg32f) uniform readonly image2D shadow;
-layout(binding = 10, rgba16f) uniform readonly image2D glow;
+layout(binding = 10, rgba32f) uniform readonly image2D glow;
 
 layout(push_constant, scalar) uniform Push {
     ivec2 origin;      // of the tile, in samples of the whole picture
     int coarse_cells;  // side of the grid of openness, surf, shadow and glow
 } push;
+
+float coarse_cell_size() {
+    return frame.extent / float(push.coarse_cells - 1);
+}
 
 #include "lib/heightfield.glsl"
 #include "lib/fields.glsl"
@@ -100,7 +104,8 @@ vec3 ground_radiance(Hit hit, vec3 view) {
     place.footprint = hit.footprint;
     Ground found = ground(place);
 
-    float visible = sun_visibility(hit.point.y, BILINEAR(shadow, coarse).xy, 0.3 * frame.cell_size + hit.footprint);
+    float visible = sun_visibility(hit.point.y, BILINEAR(shadow, coarse).xy, coarse_cell_size(),
+                                   0.3 * frame.cell_size + hit.footprint);
     vec3 sun = frame.sun_irradiance * visible;
     float depth = frame.sea_level - hit.point.y;
     if (depth <= 0.0) {
@@ -145,7 +150,8 @@ vec3 sea_radiance(vec3 surface, vec3 view, float footprint, Hit bottom, vec3 bot
     vec3 normal = normal_from_slope(waves.slope);
     float cosine = max(dot(normal, -view), 0.02);
     float mirrored = mean_fresnel(cosine, waves.deviation);
-    float visible = sun_visibility(frame.sea_level, BILINEAR(shadow, s).xy, 0.3 * frame.cell_size + footprint);
+    float visible = sun_visibility(frame.sea_level, BILINEAR(shadow, s).xy, coarse_cell_size(),
+                                   0.3 * frame.cell_size + footprint);
 
     // Waves that face the eye are seen most, so at a glancing angle the mirror shows the sky higher up.
     vec3 mirror = reflect(view, normal);

@@ -14,19 +14,22 @@ layout(binding = 2, rg32f) uniform writeonly image2D shadow;
 
 #include "lib/heightfield.glsl"
 #include "lib/coarse.glsl"
+#include "lib/sky.glsl"
+#include "lib/light.glsl"
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (!on_coarse_grid(at)) return;
     vec2 start = coarse_position(at);
     float level = length(frame.sun_direction.xz);
-    float lowest = height_at(ground_cell(at)) - 1e4;
+    float rise = sun_rise();
+    // Where nothing hides the sun, far below all light.
+    float lowest = height_at(ground_cell(at)) - max(1e4, rise * coarse_cell_size());
     if (level < 1e-4 || frame.sun_direction.y <= 0.0) {
         imageStore(shadow, at, vec4(lowest, 0.0, 0.0, 0.0));
         return;
     }
     vec2 toward = frame.sun_direction.xz / level;
-    float rise = frame.sun_direction.y / level;
     float stride = coarse_cell_size() / max(abs(toward.x), abs(toward.y));
     float best = lowest;
     float distance_of_best = 0.0;

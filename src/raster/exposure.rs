@@ -3,7 +3,7 @@
 use super::frame::Prepared;
 use crate::gpu::{
     self, Compute, Gpu, Image, Recorder,
-    format::{R32f, Rg32f, Rgba16f},
+    format::{R32f, Rg32f, Rgba32f},
 };
 use crate::scene::Scene;
 use crate::shaders::raster::{glow, openness, shadow, surf};
@@ -17,7 +17,7 @@ pub struct Exposure {
     /// How much of the open sea's waves arrives, 0…1.
     pub surf: Image<R32f>,
     /// Radiance that leaves the ground, cd/m².
-    pub glow: Image<Rgba16f>,
+    pub glow: Image<Rgba32f>,
 }
 
 /// Most samples a side. What the images hold varies smoothly, so that more would cost much and show nothing.

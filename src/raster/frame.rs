@@ -16,6 +16,9 @@ pub(super) struct Prepared {
 /// Nearest distance that is drawn, metres.
 const NEAR: f32 = 0.5;
 
+/// Radius of the smallest disc, radians: a sun without one would be infinitely bright.
+const LEAST_SUN_RADIUS: f32 = 1e-4;
+
 pub(super) fn values(
     scene: &Scene,
     film: &Film,
@@ -64,12 +67,12 @@ pub(super) fn values(
 
 fn with_sun(frame: Frame, scene: &Scene) -> Frame {
     let Some(sun) = scene.light.sun else {
-        return Frame { sun_direction: [0.0, 1.0, 0.0], sun_radius: 1e-3, ..frame };
+        return Frame { sun_direction: [0.0, 1.0, 0.0], sun_radius: LEAST_SUN_RADIUS, ..frame };
     };
     Frame {
         sun_direction: sun.direction.to_array(),
         sun_irradiance: sun.irradiance,
-        sun_radius: sun.diameter / 2.0,
+        sun_radius: (sun.diameter / 2.0).max(LEAST_SUN_RADIUS),
         ..frame
     }
 }

@@ -609,7 +609,7 @@ section! {
 section! {
     /// Stands at a point and looks at another.
     struct LookAt {
-        /// Where the camera stands: metres east, up and south of the middle of the terrain at the datum.
+        /// Where the camera stands: metres east, up and south of the middle of the terrain at the datum; above the sea.
         position: [f32; 3] = numbers([3000.0, 1500.0, 5000.0], M, -1e7..=1e7),
         /// What it looks at.
         target: [f32; 3] = numbers([0.0, 300.0, 0.0], M, -1e7..=1e7),

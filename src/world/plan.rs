@@ -44,7 +44,7 @@ pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
     };
     check.surface(&world.surface);
     let light = check.light(world);
-    let camera = check.camera(&world.camera);
+    let camera = check.camera(&world.camera, plan.final_sea_level());
     let [width, height] = world.render.size;
     let film =
         scene::Film { width, height, exposure: world.render.exposure, tone_map: world.render.tone_map };
@@ -367,7 +367,7 @@ impl Check<'_> {
         }
     }
 
-    fn camera(&mut self, camera: &keys::Camera) -> scene::Camera {
+    fn camera(&mut self, camera: &keys::Camera, sea_level: f32) -> scene::Camera {
         let view = match &camera.view {
             keys::View::FrameIsland(frame) => {
                 let &keys::FrameIsland { azimuth, elevation, distance } = frame;
@@ -379,6 +379,13 @@ impl Check<'_> {
                     let complaint =
                         Complaint::new("is where the camera stands", "another point than `position`");
                     self.refuse(&[place.join("target"), place.join("position")], complaint);
+                }
+                if position[1] <= sea_level {
+                    let place = KeyPath::from("camera.view.look_at.position");
+                    let label = format!("allowed: above {sea_level} m, where the sea is in the end");
+                    let complaint = Complaint::new("lies under the sea", label)
+                        .help("raise its second number, or lower `sea.level`");
+                    self.refuse(&[place, "sea.level".into()], complaint);
                 }
                 scene::View::LookAt { position: Vec3::from(*position), target: Vec3::from(*target) }
             }
