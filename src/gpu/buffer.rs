@@ -5,7 +5,7 @@ use super::{
     error::{Error, Result, vk_error},
     image::closed,
     memory::{Location, Memory},
-    pipeline::{Bindable, Descriptor, Share},
+    pipeline::{Bindable, Descriptor, Sealed, Share},
     recorder::Recorder,
 };
 use ash::vk;
@@ -69,6 +69,8 @@ impl<T: Pod> Clone for Buffer<T> {
         Buffer(self.0.clone(), PhantomData)
     }
 }
+
+impl<T: Pod> Sealed for Buffer<T> {}
 
 impl<T: Pod> Bindable for Buffer<T> {
     fn descriptor(&self) -> Descriptor {

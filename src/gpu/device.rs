@@ -89,6 +89,8 @@ pub(super) struct Shared {
     pub debug: Option<ext::debug_utils::Device>,
     pub limits: vk::PhysicalDeviceLimits,
     pub queue_family: u32,
+    /// Whether the queue can take the time.
+    pub timestamps: bool,
     pub pipeline_cache: vk::PipelineCache,
     queue: Mutex<vk::Queue>,
     memory: Mutex<Option<Memory>>,
@@ -317,6 +319,7 @@ impl Instance {
         Candidate {
             physical,
             queue_family: queue_family.unwrap_or(0) as u32,
+            timestamps: queue_family.is_some_and(|family| queues[family].timestamp_valid_bits > 0),
             limits: properties.limits,
             info,
         }
@@ -329,8 +332,10 @@ impl Instance {
         // SAFETY: the physical device belongs to this instance and supports 1.3, so it knows the structs.
         unsafe { self.raw.get_physical_device_features2(physical, &mut features) };
         let tessellation = features.features.tessellation_shader;
+        let extended_formats = features.features.shader_storage_image_extended_formats;
         [
             (tessellation, "tessellation shaders"),
+            (extended_formats, "storage images of extended formats"),
             (v12.scalar_block_layout, "scalar block layout"),
             (v13.dynamic_rendering, "dynamic rendering"),
             (v13.synchronization2, "synchronization2"),
@@ -358,51 +363,54 @@ impl Drop for Instance {
 struct Candidate {
     physical: vk::PhysicalDevice,
     queue_family: u32,
+    timestamps: bool,
     limits: vk::PhysicalDeviceLimits,
     info: DeviceInfo,
 }
 
 /// The candidate that `wanted` names, or the best usable one.
 fn choose(mut candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
-    let list = candidates
-        .iter()
-        .map(|candidate| format!("{}: {}", candidate.info.index, candidate.info.name))
-        .collect::<Vec<_>>()
-        .join("; ");
-    let index = match wanted {
-        Some(wanted) => candidates
-            .iter()
-            .position(|candidate| {
-                wanted.parse() == Ok(candidate.info.index)
-                    || candidate.info.name.to_lowercase().contains(&wanted.to_lowercase())
-            })
-            .ok_or_else(|| Error::NoDevice(format!("no device matches `{wanted}`; there is {list}")))?,
-        None => {
-            let usable =
-                candidates.iter().enumerate().filter(|(_, candidate)| candidate.info.missing.is_empty());
-            let best = usable.min_by_key(|(index, candidate)| (candidate.info.kind, *index));
-            best.map(|(index, _)| index).ok_or_else(|| match candidates.is_empty() {
-                true => Error::Loader { reason: "the Vulkan drivers find no device".into() },
-                false => Error::NoDevice(format!(
-                    "no device can run terrane; `terrane devices` says why; there is {list}"
-                )),
-            })?
-        }
-    };
-    let chosen = candidates.swap_remove(index);
-    if !chosen.info.missing.is_empty() {
-        let missing = chosen.info.missing.join(", ");
-        return Err(Error::NoDevice(format!("{} lacks {missing}; there is {list}", chosen.info.name)));
+    let infos: Vec<&DeviceInfo> = candidates.iter().map(|candidate| &candidate.info).collect();
+    let index = choose_index(&infos, wanted)?;
+    Ok(candidates.swap_remove(index))
+}
+
+/// A whole number is an index, and anything else a part of a name.
+fn choose_index(infos: &[&DeviceInfo], wanted: Option<&str>) -> Result<usize> {
+    let list =
+        infos.iter().map(|info| format!("{}: {}", info.index, info.name)).collect::<Vec<_>>().join("; ");
+    if infos.is_empty() {
+        return Err(Error::Loader { reason: "the Vulkan drivers find no device".into() });
     }
-    Ok(chosen)
+    let Some(wanted) = wanted else {
+        let usable = infos.iter().enumerate().filter(|(_, info)| info.missing.is_empty());
+        let best = usable.min_by_key(|(index, info)| (info.kind, *index));
+        return best.map(|(index, _)| index).ok_or_else(|| {
+            Error::NoDevice(format!("no device can run terrane; `terrane devices` says why; there is {list}"))
+        });
+    };
+    let found = match wanted.parse::<usize>() {
+        Ok(number) => infos.iter().position(|info| info.index == number),
+        Err(_) if wanted.is_empty() => None,
+        Err(_) => infos.iter().position(|info| info.name.to_lowercase().contains(&wanted.to_lowercase())),
+    };
+    let index =
+        found.ok_or_else(|| Error::NoDevice(format!("no device matches `{wanted}`; there is {list}")))?;
+    if !infos[index].missing.is_empty() {
+        let missing = infos[index].missing.join(", ");
+        return Err(Error::NoDevice(format!("{} lacks {missing}; there is {list}", infos[index].name)));
+    }
+    Ok(index)
 }
 
 fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> Result<Gpu> {
-    let Candidate { physical, queue_family, limits, info } = candidate;
+    let Candidate { physical, queue_family, timestamps, limits, info } = candidate;
     let priorities = [1.0];
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
-    let features = vk::PhysicalDeviceFeatures::default().tessellation_shader(true);
+    let features = vk::PhysicalDeviceFeatures::default()
+        .tessellation_shader(true)
+        .shader_storage_image_extended_formats(true);
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
         .dynamic_rendering(true)
@@ -424,12 +432,19 @@ fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> 
     // SAFETY: the device is alive.
     let pipeline_cache =
         unsafe { device.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None) };
-    let (memory, pipeline_cache) = match (memory, pipeline_cache.map_err(vk_error("vkCreatePipelineCache"))) {
+    let (memory, pipeline_cache) = match (memory, pipeline_cache) {
         (Ok(memory), Ok(cache)) => (memory, cache),
-        (Err(error), _) | (_, Err(error)) => {
-            // SAFETY: nothing made from the device is in use; a cache that may exist goes with the process's end.
-            unsafe { device.destroy_device(None) };
-            return Err(error);
+        (memory, cache) => {
+            let error = memory.as_ref().err().cloned();
+            // The allocator goes before its device.
+            drop(memory);
+            // SAFETY: nothing else has been made from the device; destroying no cache is allowed.
+            unsafe {
+                device.destroy_pipeline_cache(cache.unwrap_or_default(), None);
+                device.destroy_device(None);
+            }
+            let cache_error = cache.err().map(vk_error("vkCreatePipelineCache"));
+            return Err(error.or(cache_error).unwrap_or_else(|| Error::Unsupported("this device".into())));
         }
     };
     Ok(Gpu(Arc::new(Shared {
@@ -437,6 +452,7 @@ fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> 
         debug,
         limits,
         queue_family,
+        timestamps,
         pipeline_cache,
         queue: Mutex::new(queue),
         memory: Mutex::new(Some(memory)),
@@ -517,4 +533,50 @@ unsafe extern "system" fn on_message(
 fn text(characters: &[c_char]) -> String {
     let bytes: Vec<u8> = characters.iter().take_while(|it| **it != 0).map(|it| *it as u8).collect();
     String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn info(index: usize, name: &str, kind: DeviceKind, missing: &[&'static str]) -> DeviceInfo {
+        DeviceInfo {
+            index,
+            name: name.into(),
+            kind,
+            driver: String::new(),
+            vulkan: [1, 3, 0],
+            memory: 0,
+            max_image: 0,
+            missing: missing.to_vec(),
+        }
+    }
+
+    #[test]
+    fn numbers_are_indices_and_words_are_parts_of_names() {
+        let all = [
+            info(0, "llvmpipe (LLVM 15.0.6, 256 bits)", DeviceKind::Cpu, &[]),
+            info(1, "Radeon 15", DeviceKind::Discrete, &["Vulkan 1.3"]),
+            info(2, "GeForce", DeviceKind::Integrated, &[]),
+        ];
+        let all: Vec<&DeviceInfo> = all.iter().collect();
+        let chosen = |wanted| choose_index(&all, wanted).ok();
+        for (wanted, index) in [
+            (None, Some(2)),
+            (Some("0"), Some(0)),
+            (Some("2"), Some(2)),
+            (Some("FORCE"), Some(2)),
+            (Some("LLVM 15"), Some(0)),
+            // A digit in a name is no index, and an index out of the list no device.
+            (Some("15"), None),
+            (Some("3"), None),
+            (Some(""), None),
+            // It is there, and cannot do it.
+            (Some("1"), None),
+            (Some("radeon"), None),
+        ] {
+            assert_eq!(chosen(wanted), index, "{wanted:?}");
+        }
+        assert!(matches!(choose_index(&[], None), Err(Error::Loader { .. })));
+    }
 }

@@ -5,7 +5,7 @@ use super::{
     error::{Error, Result, vk_error},
     format::{Color, Format},
     memory::Location,
-    pipeline::{Bindable, Descriptor, Share},
+    pipeline::{Bindable, Descriptor, Sealed, Share},
     recorder::Recorder,
 };
 use ash::vk;
@@ -99,6 +99,9 @@ impl<F: Format> std::fmt::Debug for Image<F> {
     }
 }
 
+impl<F: Format> Sealed for Image<F> {}
+impl<F: Format> Sealed for Layers<F> {}
+
 impl<F: Format> Bindable for Image<F> {
     fn descriptor(&self) -> Descriptor {
         Descriptor::Image(self.0.view)
@@ -123,6 +126,7 @@ impl<F: Format> Bindable for Layers<F> {
 pub trait Attachable: Bindable {
     fn size(&self) -> [u32; 2];
     fn view(&self) -> vk::ImageView;
+    fn format(&self) -> vk::Format;
 }
 
 impl<F: Color> Attachable for Image<F> {
@@ -132,6 +136,10 @@ impl<F: Color> Attachable for Image<F> {
 
     fn view(&self) -> vk::ImageView {
         self.0.view
+    }
+
+    fn format(&self) -> vk::Format {
+        F::VK
     }
 }
 

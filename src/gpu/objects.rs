@@ -9,6 +9,8 @@ use ash::vk;
 /// Vulkan objects that live as long as the commands recorded with them.
 pub(super) struct Objects {
     pub gpu: Gpu,
+    /// Different for each recorder.
+    pub id: u64,
     pub commands: vk::CommandPool,
     pub descriptors: Vec<vk::DescriptorPool>,
     pub queries: Option<vk::QueryPool>,

@@ -76,12 +76,15 @@ impl Bind for () {
     }
 }
 
-/// An image or a buffer.
-pub trait Bindable {
+/// An image or a buffer. Nothing else can be one: the handles that it gives must be alive.
+pub trait Bindable: Sealed {
     fn descriptor(&self) -> Descriptor;
     /// A share in its ownership, for the submission to hold.
     fn share(&self) -> Share;
 }
+
+/// Keeps [`Bindable`] to this room.
+pub trait Sealed {}
 
 /// A share in the ownership of anything that a submission uses.
 pub type Share = Arc<dyn Any + Send + Sync>;
@@ -173,7 +176,8 @@ pub struct Raster<S: RasterInterface> {
 impl<S: RasterInterface> Raster<S> {
     /// Compiles the stages with `constants` for this device.
     pub fn new(gpu: &Gpu, constants: S::Constants, state: &RasterState) -> Result<Self> {
-        let parts = Parts::new::<S>(gpu, &constants)?;
+        let mut parts = Parts::new::<S>(gpu, &constants)?;
+        parts.raw.targets = TargetFormats { color: state.color.to_vec(), depth: state.depth != Depth::None };
         let stages = parts.stages();
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
         let (topology, patch_points) = match state.topology {
@@ -249,7 +253,16 @@ pub(super) struct Raw {
     pub set_layout: vk::DescriptorSetLayout,
     pub push_stages: vk::ShaderStageFlags,
     pub bindings: &'static [BindingLayout],
+    /// What a raster pipeline draws into.
+    pub targets: TargetFormats,
     gpu: Gpu,
+}
+
+/// Formats of the colour attachments, and whether there is a depth attachment.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct TargetFormats {
+    pub color: Vec<vk::Format>,
+    pub depth: bool,
 }
 
 impl Drop for Raw {
@@ -300,6 +313,7 @@ impl Parts {
             set_layout: vk::DescriptorSetLayout::null(),
             push_stages: all_stages,
             bindings: S::BINDINGS,
+            targets: TargetFormats::default(),
             gpu: gpu.clone(),
         };
         let set_bindings: Vec<_> = S::BINDINGS
@@ -388,6 +402,7 @@ impl Parts {
             set_layout: vk::DescriptorSetLayout::null(),
             push_stages: vk::ShaderStageFlags::empty(),
             bindings: &[],
+            targets: TargetFormats::default(),
             gpu: gpu.clone(),
         };
         let mut raw = std::mem::replace(&mut self.raw, empty);

@@ -8,12 +8,19 @@ use super::{
     objects::Objects,
     pipeline::{
         self, Bind, Bindable, Compute, ComputeInterface, Descriptor, Interface, Raster, RasterInterface,
-        Share,
+        Share, TargetFormats,
     },
     submission::{Stamp, Submission},
 };
 use ash::vk;
-use std::{collections::HashMap, ffi::CString, sync::Arc};
+use std::{
+    collections::HashMap,
+    ffi::CString,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering},
+    },
+};
 
 /// A list of passes being written. Recording cannot fail: the first error surfaces at [`Recorder::submit`].
 pub struct Recorder {
@@ -64,7 +71,10 @@ pub struct Draw {
 }
 
 /// Records the draws of one render pass.
-pub struct Draws<'a>(&'a mut Recorder);
+pub struct Draws<'a> {
+    rec: &'a mut Recorder,
+    targets: TargetFormats,
+}
 
 impl Recorder {
     pub fn new(gpu: &Gpu) -> Recorder {
@@ -72,8 +82,9 @@ impl Recorder {
     }
 
     /// Also takes the time of each pass on the device, for at most `passes` of them.
+    /// Without a device that can take the time there are no timings.
     pub fn timed(gpu: &Gpu, passes: u32) -> Recorder {
-        Recorder::with_stamps(gpu, 2 * passes)
+        Recorder::with_stamps(gpu, if gpu.shared().timestamps { 2 * passes } else { 0 })
     }
 
     /// Runs a compute shader on `[x, y]` invocations, rounded up to whole workgroups.
@@ -110,8 +121,17 @@ impl Recorder {
             self.hold(depth.raw().clone());
         }
         self.pass("render", |rec| {
+            if targets.color.iter().any(|color| color.size() != size)
+                || targets.depth.is_some_and(|depth| depth.size() != size)
+            {
+                return Err(Error::Unsupported("drawing into images of two sizes".into()));
+            }
             rec.begin_rendering(targets, size);
-            draws(&mut Draws(rec));
+            let formats = TargetFormats {
+                color: targets.color.iter().map(|color| color.format()).collect(),
+                depth: targets.depth.is_some(),
+            };
+            draws(&mut Draws { rec, targets: formats });
             // SAFETY: rendering was begun above and draws cannot end it.
             unsafe { rec.device().cmd_end_rendering(rec.command) };
             Ok(())
@@ -130,7 +150,9 @@ impl Recorder {
 
     /// Groups what `passes` records under a label for debuggers.
     pub fn scope(&mut self, name: &str, passes: impl FnOnce(&mut Recorder)) {
-        let Some(debug) = self.gpu.shared().debug.clone() else { return passes(self) };
+        let Some(debug) = self.gpu.shared().debug.clone().filter(|_| self.error.is_none()) else {
+            return passes(self);
+        };
         let name = CString::new(name).unwrap_or_default();
         let label = vk::DebugUtilsLabelEXT::default().label_name(&name);
         // SAFETY: the command buffer is recording.
@@ -160,8 +182,10 @@ impl Recorder {
     }
 
     fn with_stamps(gpu: &Gpu, capacity: u32) -> Recorder {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
         let mut objects = Objects {
             gpu: gpu.clone(),
+            id: NEXT.fetch_add(1, Ordering::Relaxed),
             commands: Default::default(),
             descriptors: Vec::new(),
             queries: None,
@@ -182,6 +206,10 @@ impl Recorder {
             stamps: Vec::new(),
             last_pass: "the start",
         }
+    }
+
+    pub(super) fn id(&self) -> u64 {
+        self.objects.id
     }
 
     pub(super) fn device(&self) -> &ash::Device {
@@ -361,11 +389,16 @@ impl Draws<'_> {
         push: S::Push,
         bindings: S::Bindings<'_>,
     ) {
-        let rec = &mut *self.0;
+        let Draws { rec, targets } = self;
         if rec.error.is_some() {
             return;
         }
         let raw = pipeline.raw().clone();
+        if raw.targets != *targets {
+            let error = format!("{} draws into {:?}, not {targets:?}", S::NAME, raw.targets);
+            rec.error = Some(Error::Unsupported(error));
+            return;
+        }
         if let Err(error) = rec.bind::<S>(vk::PipelineBindPoint::GRAPHICS, &raw, &push, &bindings) {
             rec.error.get_or_insert(error);
             return;

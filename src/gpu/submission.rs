@@ -22,8 +22,9 @@ pub struct Submission {
 }
 
 /// A submission that the device has finished.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug)]
 pub struct Finished {
+    id: u64,
     /// Time on the device by pass, in the order of recording; empty unless the recorder was timed.
     pub timings: Vec<Timing>,
 }
@@ -37,8 +38,13 @@ pub struct Timing {
 }
 
 /// Bytes on their way back from the device.
-#[derive(Clone)]
-pub struct Download<T: Pod>(Option<Arc<buffer::Raw>>, PhantomData<T>);
+pub struct Download<T: Pod> {
+    /// Of the recorder, and so of the submission, that copies them.
+    id: u64,
+    /// `None` if the recording has failed: then there is no submission to wait for either.
+    staging: Option<Arc<buffer::Raw>>,
+    element: PhantomData<T>,
+}
 
 /// Two timestamps round a pass.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +82,7 @@ impl Submission {
     /// Waits until the device has finished.
     pub fn wait(self) -> Result<Finished> {
         self.wait_for_fence()?;
-        Ok(Finished { timings: self.timings()? })
+        Ok(Finished { id: self.objects.id, timings: self.timings()? })
     }
 
     fn gpu(&self) -> &Gpu {
@@ -110,30 +116,29 @@ impl Submission {
 
 impl Drop for Submission {
     fn drop(&mut self) {
-        // Without the device there is nothing left to wait for.
-        let _ = self.wait_for_fence();
+        let device = &self.gpu().shared().device;
+        if self.wait_for_fence().is_err() {
+            // Either the device is lost, or there was no memory to wait with: this needs none.
+            // SAFETY: the queue is locked, so that no other thread uses it meanwhile.
+            let _ = unsafe { device.queue_wait_idle(*self.gpu().queue()) };
+        }
         // SAFETY: the fence has been waited for, or its device is lost.
-        unsafe { self.gpu().shared().device.destroy_fence(self.fence, None) };
-    }
-}
-
-impl<T: Pod> Default for Download<T> {
-    fn default() -> Self {
-        Download(None, PhantomData)
-    }
-}
-
-impl<T: Pod> From<Arc<buffer::Raw>> for Download<T> {
-    fn from(raw: Arc<buffer::Raw>) -> Self {
-        Download(Some(raw), PhantomData)
+        unsafe { device.destroy_fence(self.fence, None) };
     }
 }
 
 impl<T: Pod> Download<T> {
-    /// The elements, row by row and layer by layer. `_finished` is the submission of the recorder that made this
-    /// download: what it proves is that the copy is over.
-    pub fn take(self, _finished: &Finished) -> Vec<T> {
-        let bytes = self.0.as_ref().and_then(|raw| raw.mapped()).unwrap_or_default();
+    pub(super) fn new(id: u64, staging: Option<Arc<buffer::Raw>>) -> Self {
+        Download { id, staging, element: PhantomData }
+    }
+
+    /// The elements, row by row and layer by layer.
+    ///
+    /// # Panics
+    /// If `finished` is not the submission of the recorder that made this download.
+    pub fn take(self, finished: &Finished) -> Vec<T> {
+        assert_eq!(self.id, finished.id, "a download is taken from the submission that copied it");
+        let bytes = self.staging.as_ref().and_then(|raw| raw.mapped()).unwrap_or_default();
         bytemuck::pod_collect_to_vec(bytes)
     }
 }

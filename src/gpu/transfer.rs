@@ -128,16 +128,16 @@ impl Recorder {
     pub fn download<T: Transfer>(&mut self, source: &T) -> Download<T::Element> {
         let place = source.place();
         let bytes = (place.elements::<T::Element>() * size_of::<T::Element>()) as u64;
-        let mut download = Download::default();
+        let mut copy = None;
         self.pass("download", |rec| {
             let staging = Arc::new(buffer::Raw::download(&rec.gpu, bytes)?);
             rec.copy_to(&place, &staging);
             rec.hold(staging.clone());
-            download = Download::from(staging);
+            copy = Some(staging);
             Ok(())
         });
         self.hold_place(place);
-        download
+        Download::new(self.id(), copy)
     }
 
     fn hold_place(&mut self, place: Place) {
