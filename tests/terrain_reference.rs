@@ -277,6 +277,38 @@ fn water_never_outruns_the_grid() {
 }
 
 #[test]
+fn no_constants_dig_a_hole_or_pile_a_tower() {
+    let lattice = Lattice { n: 40, cell: 10.0 };
+    // The paper's model with a capacity far beyond what its speeds can bear.
+    let paper = hydraulic::Params {
+        pipes: hydraulic::Pipes::Four,
+        section: hydraulic::Section::Fixed,
+        drag: 0.0,
+        slope: hydraulic::Slope::Central,
+        transport: hydraulic::Transport::SemiLagrangian,
+        ramp_depth: 0.0,
+        capacity: 400.0,
+        creep: 0.0,
+        bank_diffusion: 0.0,
+        ..params()
+    };
+    for (params, boundary) in [(paper, Boundary::Closed), (paper, Boundary::Open), (params(), Boundary::Open)]
+    {
+        let h0 = hills(lattice, 200.0);
+        let lowest = h0.iter().copied().fold(f64::INFINITY, f64::min);
+        let highest = h0.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let erosion = Erosion::new(lattice, params, boundary, 0.0, h0);
+        let mut cells = erosion.start();
+        advance(&erosion, &mut cells, 400);
+        for at in 0..lattice.len() {
+            let h = erosion.height(&cells, at);
+            assert!(h >= lowest - 1e-9 && h <= highest + 1e-9, "{h} outside {lowest}…{highest}");
+            assert!(cells[at].s > -1e-9 && cells[at].d >= 0.0);
+        }
+    }
+}
+
+#[test]
 fn height_above_the_datum_changes_nothing() {
     let lattice = Lattice { n: 48, cell: 10.0 };
     let run = |datum: f64| {

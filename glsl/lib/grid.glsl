@@ -62,6 +62,10 @@ float sum(vec4 axis, vec4 diagonal) {
     return total;
 }
 
+float min4(vec4 v) {
+    return min(min(v.x, v.y), min(v.z, v.w));
+}
+
 float max4(vec4 v) {
     return max(max(v.x, v.y), max(v.z, v.w));
 }

@@ -79,7 +79,8 @@ void main() {
 
     // The bed creeps, and rivers wear their banks.
     vec4 mixing = min(vec4(LARGEST_MIXING), push.creep_mixing + push.bank_mixing * (own.z + water[2])) * mask_axis;
-    precise vec4 slide = mixing * (AXIS(height_in, at) - ground);
+    vec4 beside = AXIS(height_in, at);
+    precise vec4 slide = mixing * (beside - ground);
     precise float crept = imageLoad(change, cell).x + sum(slide);
 
     // Depth (10).
@@ -114,10 +115,16 @@ void main() {
     float fade = sea ? clamp(1.0 - (push.sea_level - ground) * push.sea_fade, 0.0, 1.0) : 1.0;
     float capacity = push.capacity * speed * sine * ramp * fade;
 
-    // Wear or fill (15, 16). Only what left the ground arrives in the water, to the last bit that e can hold.
+    // Wear or fill (15, 16), but neither below all neighbours nor above them: no constants dig a hole or pile a tower.
+    // Only what left the ground arrives in the water, to the last bit that e can hold.
     float lack = capacity - diffused;
     float taken = lack > 0.0 ? push.erosion * erodibility * lack : push.deposition * lack;
     taken = clamp(taken * mask, -push.max_change, push.max_change);
+    vec4 across = DIAGONAL(height_in, at);
+    float before = imageLoad(start, cell).x + crept;
+    float most = max(0.0, before - min(ground, min4(min(beside, across))));
+    float least = min(0.0, before - max(ground, max4(max(beside, across))));
+    taken = clamp(taken, least, most);
     precise float e = crept - taken;
     precise float suspended = diffused + (crept - e);
     precise float worn = imageLoad(start, cell).x + e;

@@ -269,12 +269,17 @@ impl Erosion {
         };
         let capacity = f64::from(params.capacity) * speed * self.sine(flow, i, j) * ramp * fade; // (11)
 
+        // Neither below all neighbours nor above them, so that no constants dig a hole or pile a tower.
+        let ground = self.h0[at] + e;
+        let (lowest, highest) = self.range(flow, i, j);
         let limit = f64::from(params.rate_limit) * self.step;
         let worn = if capacity > s {
             let rock = self.erodibility[at] * self.mask[at];
-            (self.eroded_share * (capacity - s) * rock).min(limit) // (15)
+            (self.eroded_share * (capacity - s) * rock).min(limit).min((ground - lowest).max(0.0)) // (15)
         } else {
-            -(self.deposited_share * (s - capacity) * self.mask[at]).min(limit) // (16), sign mended
+            -(self.deposited_share * (s - capacity) * self.mask[at])
+                .min(limit)
+                .min((highest - ground).max(0.0)) // (16), sign mended
         };
         let e_next = e - worn;
         let s_next = s + (e - e_next);
@@ -296,6 +301,13 @@ impl Erosion {
             velocity,
             flux,
         }
+    }
+
+    /// Lowest and highest ground of the cell and its neighbours.
+    fn range(&self, flow: &Flow, i: usize, j: usize) -> (f64, f64) {
+        let own = flow.columns[self.lattice.index(i, j)].h;
+        let heights = (0..8).filter_map(|k| self.lattice.neighbour(i, j, k)).map(|n| flow.columns[n].h);
+        heights.fold((own, own), |(low, high), h| (low.min(h), high.max(h)))
     }
 
     /// Creep and bank diffusion of the bed, from the discharge of the last iteration.
