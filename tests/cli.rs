@@ -306,6 +306,21 @@ fn mistakes_in_a_world_are_refused() {
     refused(&["export", "bare.toml", "--layer", "reef"], 3, &["bare", "`reef`", "height"]);
 }
 
+/// Layers that are allowed one by one: their product is 10,000 km high, and infinite with ten of them.
+#[test]
+fn ground_beyond_all_measure_is_refused() {
+    let folder = folder();
+    for factors in [1, 10] {
+        let factors =
+            ["{ simplex = { combine = 'multiply', offset = 20000, amplitude = 0 } }"].repeat(factors);
+        let layers =
+            format!("terrain.layers=[{{ cone = {{ height = 500, radius = 900 }} }}, {}]", factors.join(", "));
+        let output = terrane(folder.path(), &["export", "bare.toml", "--set", &layers]);
+        assert_eq!(code(&output), 3, "{}", stderr(&output));
+        assert!(stderr(&output).contains("error: `terrain.layers` make ground"), "{}", stderr(&output));
+    }
+}
+
 #[test]
 fn what_cannot_be_read_or_written_is_named() {
     refused(&["render", "missing.toml"], 7, &["missing.toml"]);

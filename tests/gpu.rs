@@ -63,14 +63,13 @@ fn passes_wait_for_each_other() {
     const SIZE: usize = 40;
     let gpu = kit::gpu();
     let mut field = PingPong::<Image<R32f>>::images(&gpu, "field", [SIZE as u32; 2]).unwrap();
-    let pass = Compute::<seabed::Shader>::new(&gpu, ()).unwrap();
-    let change = Image::new(&gpu, "change", [SIZE as u32; 2]).unwrap();
+    let smoothing = Smoothing::new(&gpu, [SIZE as u32; 2]);
     let start = ramp(SIZE * SIZE);
 
     let mut rec = Recorder::timed(&gpu, 16);
     rec.upload(field.src(), &start);
     for _ in 0..7 {
-        smooth(&mut rec, &pass, &field, &change);
+        smoothing.record(&mut rec, &field);
         field.swap();
     }
     let download = rec.download(field.src());
@@ -102,11 +101,10 @@ fn passes_wait_for_each_other() {
 fn a_removed_barrier_is_caught() {
     let (gpu, log) = kit::validated_gpu();
     let mut field = PingPong::<Image<R32f>>::images(&gpu, "field", [32, 32]).unwrap();
-    let change = Image::new(&gpu, "change", [32, 32]).unwrap();
-    let pass = Compute::<seabed::Shader>::new(&gpu, ()).unwrap();
+    let smoothing = Smoothing::new(&gpu, [32, 32]);
     let two_passes = |rec: &mut Recorder, field: &mut PingPong<Image<R32f>>| {
         for _ in 0..2 {
-            smooth(rec, &pass, field, &change);
+            smoothing.record(rec, field);
             field.swap();
         }
     };
@@ -128,14 +126,13 @@ fn nothing_is_left_when_a_device_is_closed() {
     let (gpu, log) = kit::validated_gpu();
     {
         let image = Image::<R32f>::new(&gpu, "image", [16, 16]).unwrap();
-        let pass = Compute::<seabed::Shader>::new(&gpu, ()).unwrap();
         let field = PingPong::new(image.clone(), Image::new(&gpu, "other", [16, 16]).unwrap());
-        let change = Image::new(&gpu, "change", [16, 16]).unwrap();
+        let smoothing = Smoothing::new(&gpu, [16, 16]);
         let mut rec = Recorder::new(&gpu);
-        smooth(&mut rec, &pass, &field, &change);
+        smoothing.record(&mut rec, &field);
         let submission = rec.submit().unwrap();
         // The submission keeps what it names, also when the handles are gone first.
-        drop((image, field, change, pass));
+        drop((image, field, smoothing));
         submission.wait().unwrap();
     }
     assert_eq!(gpu.memory().used, 0);
@@ -194,16 +191,29 @@ fn devices_are_chosen_by_index_and_by_part_of_the_name() {
     assert!(error.to_string().contains(&first.name), "{error}");
 }
 
-fn smooth(
-    rec: &mut Recorder,
-    pass: &Compute<seabed::Shader>,
-    field: &PingPong<Image<R32f>>,
-    change: &Image<R32f>,
-) {
-    rec.dispatch(
-        pass,
-        field.src().size(),
-        seabed::Push { sea_level: f32::MAX },
-        seabed::Bindings { height_in: field.src(), height_out: field.dst(), change },
-    );
+/// A pass to test with: the mean of four neighbours.
+struct Smoothing {
+    pass: Compute<seabed::Shader>,
+    change: Image<R32f>,
+    controls: Image<Rgba32f>,
+}
+
+impl Smoothing {
+    fn new(gpu: &Gpu, size: [u32; 2]) -> Smoothing {
+        Smoothing {
+            pass: Compute::new(gpu, seabed::Constants::default()).unwrap(),
+            change: Image::new(gpu, "change", size).unwrap(),
+            controls: Image::new(gpu, "controls", [1, 1]).unwrap(),
+        }
+    }
+
+    fn record(&self, rec: &mut Recorder, field: &PingPong<Image<R32f>>) {
+        let Smoothing { pass, change, controls } = self;
+        rec.dispatch(
+            pass,
+            field.src().size(),
+            seabed::Push { sea_level: f32::MAX },
+            seabed::Bindings { height_in: field.src(), height_out: field.dst(), change, controls },
+        );
+    }
 }

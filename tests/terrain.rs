@@ -201,6 +201,13 @@ fn thermal_erosion_agrees_with_the_reference() {
     }
 }
 
+/// The mask of a plan, sampled.
+fn mask_of(plan: &Plan) -> Vec<f64> {
+    let lattice = Lattice::new(plan.grid);
+    let everywhere = || vec![1.0; lattice.len()];
+    plan.controls.mask.as_ref().map_or_else(everywhere, |map| base::bilinear(lattice, map))
+}
+
 fn uneven_mask() -> Arc<Map> {
     Arc::new(Map { width: 3, height: 3, values: vec![1.0, 0.5, 1.0, 0.0, 1.0, 0.3, 1.0, 1.0, 0.7] })
 }
@@ -211,7 +218,8 @@ fn settling_comes_before_counting() {
     let settle = Settle { repose: 35_f32.to_radians(), length: 30.0 };
     let thermal = thermal::Params { settle: Some(settle), ..slides() };
     let heights = hill(64, 150.0);
-    let plan = Plan { thermal: Some(thermal), ..world(64, 640.0, heights.clone()) };
+    let controls = Controls { mask: Some(uneven_mask()), ..Controls::default() };
+    let plan = Plan { controls, thermal: Some(thermal), ..world(64, 640.0, heights.clone()) };
     let mut simulation = Simulation::new(&gpu, &plan).unwrap();
     while simulation.progress().stage != Stage::Thermal {
         simulation.step(Duration::MAX).unwrap();
@@ -353,15 +361,20 @@ fn a_hydraulic_run_agrees_with_the_reference() {
 fn sea_bed_smoothing_agrees_with_the_reference() {
     let gpu = kit::gpu();
     let heights = hill(64, 60.0);
-    let plan = Plan { seabed_smoothing: 25.0, sea_level: 3.0, ..world(64, 640.0, heights.clone()) };
-    let simulation = finished(&gpu, &plan);
-    let mut want: Vec<f64> = heights.iter().map(|h| f64::from(*h)).collect();
-    seabed::smooth(Lattice::new(plan.grid), &mut want, 3.0, 25.0);
-    // 12 means of heights up to 40 m, each rounded to half an ulp of 2e-6 m.
-    assert_close("height", &layer(&gpu, &simulation, Layer::Height), &want, 5e-5);
-    let change: Vec<f64> = want.iter().zip(&heights).map(|(h, h0)| h - f64::from(*h0)).collect();
-    assert_close("change", &texels(&gpu, &simulation.fields().change), &change, 5e-5);
-    assert!(change.iter().any(|change| change.abs() > 0.5));
+    for mask in [None, Some(uneven_mask())] {
+        let controls = Controls { mask, ..Controls::default() };
+        let flat = world(64, 640.0, heights.clone());
+        let plan = Plan { controls, seabed_smoothing: 25.0, sea_level: 3.0, ..flat };
+        let lattice = Lattice::new(plan.grid);
+        let simulation = finished(&gpu, &plan);
+        let mut want: Vec<f64> = heights.iter().map(|h| f64::from(*h)).collect();
+        seabed::smooth(lattice, &mut want, 3.0, 25.0, &mask_of(&plan));
+        // 12 means of heights up to 40 m, each rounded to half an ulp of 2e-6 m.
+        assert_close("height", &layer(&gpu, &simulation, Layer::Height), &want, 5e-5);
+        let change: Vec<f64> = want.iter().zip(&heights).map(|(h, h0)| h - f64::from(*h0)).collect();
+        assert_close("change", &texels(&gpu, &simulation.fields().change), &change, 5e-5);
+        assert!(change.iter().any(|change| change.abs() > 0.5));
+    }
 }
 
 #[test]
@@ -372,14 +385,17 @@ fn a_reef_agrees_with_the_reference() {
     let jump = reef::Stage { duration: 0.0, rise: 4.0 };
     let fall = reef::Stage { duration: 100.0, rise: -2.0 };
     let stages = [vec![jump], barrier().stages, vec![fall]].concat();
-    for (name, params) in [
-        ("without rubble", reef::Params { rubble: None, ..barrier() }),
-        ("with rubble", barrier()),
-        ("a sea that jumps and falls", reef::Params { stages, ocean_depth: 30.0, ..barrier() }),
+    for (name, params, mask) in [
+        ("without rubble", reef::Params { rubble: None, ..barrier() }, None),
+        ("with rubble", barrier(), None),
+        ("masked", barrier(), Some(uneven_mask())),
+        ("a sea that jumps and falls", reef::Params { stages, ocean_depth: 30.0, ..barrier() }, None),
     ] {
-        let plan = Plan { reef: Some(params.clone()), ..world(64, 1280.0, heights.clone()) };
+        let controls = Controls { mask, ..Controls::default() };
+        let plan = Plan { controls, reef: Some(params.clone()), ..world(64, 1280.0, heights.clone()) };
         let simulation = finished(&gpu, &plan);
         let mut want = coral::Reef::new(Lattice::new(plan.grid), params, ground.clone(), 0.0);
+        want.mask = mask_of(&plan);
         want.run();
         assert!((f64::from(simulation.sea_level()) - want.sea_level).abs() < 1e-6);
         // 30 steps and more, each rounded to half an ulp of heights up to 60 m, 2e-6 m, and 1e-6 of the growth by exp.

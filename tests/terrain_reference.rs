@@ -423,13 +423,13 @@ fn smoothing_spreads_a_bump_by_its_length_and_leaves_land_alone() {
     };
     let mut h = lattice.map(|i, j| if (i, j) == (32, 32) { -10.0 } else { -50.0 });
     let (mass, _) = bump(&h);
-    seabed::smooth(lattice, &mut h, 0.0, 30.0);
+    seabed::smooth(lattice, &mut h, 0.0, 30.0, &vec![1.0; lattice.len()]);
     let (smoothed, variance) = bump(&h);
     assert!((smoothed - mass).abs() < 1e-9 && (variance - 900.0).abs() < 1e-6, "σ² = {variance}");
 
     let land = lattice.map(|i, j| 5.0 + (i * j % 7) as f64);
     let mut h = land.clone();
-    seabed::smooth(lattice, &mut h, 0.0, 30.0);
+    seabed::smooth(lattice, &mut h, 0.0, 30.0, &vec![1.0; lattice.len()]);
     assert_eq!(h, land);
 }
 

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use terrane::formats;
 use terrane::scene::{Sky, ToneMap, View};
 use terrane::terrain::layers::{Combine, Generator, Layer};
 use terrane::terrain::{Boundary, hydraulic};
@@ -341,6 +342,28 @@ fn a_damaged_map_exits_with_7() {
     let error = world::parse("test.toml", b"format = 1", folder.path(), &overrides).unwrap_err();
     assert_eq!(error.exit_code(), 7, "{error}");
     assert!(error.to_string().contains("--set controls.rain=land.png"), "{error}");
+}
+
+#[test]
+fn maps_beyond_all_measure_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let message = |key: &str, value: f32| {
+        let channels = vec![("height".into(), vec![0.0, value, 0.5, 1.0])];
+        formats::exr::write_channels(&folder.path().join("map.exr"), [2, 2], channels).unwrap();
+        let overrides = Overrides { set: vec![key.replace('?', "\"map.exr\"")], seed: None };
+        world::parse("test.toml", b"format = 1", folder.path(), &overrides).err().map(|error| {
+            assert_eq!(error.exit_code(), 3, "{error}");
+            error.to_string()
+        })
+    };
+    let land = "terrain.layers=[{ heightmap = { file = ? } }]";
+    assert_eq!(message(land, -49_000.0), None);
+    for height in [1e30, -51_000.0] {
+        let message = message(land, height).unwrap();
+        assert!(message.starts_with("`terrain.layers.0.heightmap.file` holds heights"), "{message}");
+    }
+    assert_eq!(message("controls.mask=?", 1.0), None);
+    assert!(message("controls.mask=?", 1.5).is_some_and(|message| message.contains("from 0 to 1")));
 }
 
 #[test]

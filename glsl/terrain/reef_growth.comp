@@ -9,10 +9,12 @@
 #include "lib/carbon.glsl"
 
 layout(local_size_x = 64, local_size_y = 1) in;
+layout(constant_id = 0) const bool CONTROLS = false;
 layout(binding = 0, r32f) uniform image2D reef;
 layout(binding = 1, r32f) uniform image2D carbon;
 layout(binding = 2, r32f) uniform writeonly image2D height;
 layout(binding = 3, r32f) uniform readonly image2D bed;
+layout(binding = 4, rgba32f) uniform readonly image2D controls;
 layout(push_constant, scalar) uniform Push {
     float sea_level;
     float growth;      // in one step where there is full light and carbon is 1, m
@@ -36,6 +38,8 @@ void main() {
     bool lives = depth > 0.0 && depth < push.max_depth;
     float calcified =
         lives ? concentration * concentration * push.growth * exp(-push.light_decay * depth) : 0.0;
+    // Where the mask holds coral back, it takes less carbon, too.
+    if (CONTROLS) calcified *= imageLoad(controls, cell).z;
     thickness += min(calcified, max(0.0, depth - push.keep));
     concentration = max(0.0, concentration - push.uptake * calcified / max(depth, 0.5));
 

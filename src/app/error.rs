@@ -1,6 +1,6 @@
 //! Everything that ends a run, and what the process exits with.
 
-use crate::{formats, gpu, world};
+use crate::{formats, gpu, terrain, world};
 
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -10,6 +10,13 @@ pub enum Error {
     /// What was asked for is not in the world.
     #[error("{0}")]
     Missing(String),
+    /// The world asks for ground that is none.
+    #[error(
+        "`terrain.layers` make ground from {lowest} m to {highest} m: it must lie within {} m of the datum; give layers \
+         less height, and layers that multiply a smaller `amplitude` or `offset`",
+        terrain::FARTHEST_GROUND
+    )]
+    Ground { lowest: f32, highest: f32 },
     /// More memory than was allowed.
     #[error("{0}")]
     Memory(String),
@@ -35,7 +42,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => 2,
-            Error::Missing(_) => 3,
+            Error::Missing(_) | Error::Ground { .. } => 3,
             Error::Memory(_) => 6,
             Error::World(error) => error.exit_code(),
             Error::Gpu(error) => match error {

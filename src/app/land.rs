@@ -4,7 +4,7 @@ use super::cli::options::{DeviceOptions, WorldOptions};
 use super::{Error, Session, interrupt};
 use crate::gpu::{self, Gpu};
 use crate::scene::{Ground, Scene};
-use crate::terrain::Simulation;
+use crate::terrain::{FARTHEST_GROUND, Simulation, Stage};
 use crate::world::{self, Overrides, World};
 use std::time::Duration;
 
@@ -45,6 +45,9 @@ pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simul
         session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
         let before = progress;
         progress = simulation.step(SLICE)?;
+        if before.stage == Stage::Base && (progress.stage != Stage::Base || progress.finished) {
+            check_ground(&simulation)?;
+        }
         if progress.stage != before.stage {
             session.progress.show(before.stage.name(), before.of.into(), before.of.into());
         }
@@ -53,6 +56,15 @@ pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simul
     session.progress.end();
     interrupt::check(&session.report)?;
     Ok(simulation)
+}
+
+/// Layers can multiply each other to anything.
+fn check_ground(simulation: &Simulation) -> Result<(), Error> {
+    let [lowest, highest] = simulation.ground_range()?;
+    if lowest < -FARTHEST_GROUND || highest > FARTHEST_GROUND {
+        return Err(Error::Ground { lowest, highest });
+    }
+    Ok(())
 }
 
 /// The scene of a world on its finished land.

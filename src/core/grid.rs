@@ -13,7 +13,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Distance between neighbouring samples, in metres (ℓ of the specification).
+    /// Distance between neighbouring samples, in metres (ℓ).
     pub fn cell_size(self) -> f32 {
         self.extent / (self.cells - 1) as f32
     }

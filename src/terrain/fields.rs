@@ -110,12 +110,11 @@ pub(super) struct Images {
 
 impl Images {
     pub fn of(plan: &Plan) -> Images {
-        use super::hydraulic::{Pipes, Transport};
         let hydraulic = plan.hydraulic.as_ref();
         Images {
             hydraulic: hydraulic.is_some(),
-            diagonal: hydraulic.is_some_and(|params| params.pipes == Pipes::Eight),
-            velocity: hydraulic.is_some_and(|params| params.transport == Transport::SemiLagrangian),
+            diagonal: hydraulic.is_some_and(|params| params.flows_diagonally()),
+            velocity: hydraulic.is_some_and(|params| params.traces_back()),
             reef: plan.reef.is_some(),
             controls: plan.controls.any(),
         }

@@ -101,6 +101,23 @@ impl Params {
             Steps { count: count as u32, step: duration / count }
         }
     }
+
+    /// Sweeps of sediment diffusion in one step: a Jacobi sweep over four neighbours damps every wave if it mixes at
+    /// most an eighth with each.
+    pub fn sediment_sweeps(&self, grid: Grid) -> u32 {
+        let mixing = mixing(self.sediment_diffusivity, self.steps(grid).step, grid);
+        (8.0 * mixing).ceil().max(1.0) as u32
+    }
+
+    /// Whether water also flows to the diagonal neighbours.
+    pub fn flows_diagonally(&self) -> bool {
+        self.pipes == Pipes::Eight
+    }
+
+    /// Whether sediment is traced back along the velocity.
+    pub fn traces_back(&self) -> bool {
+        self.transport == Transport::SemiLagrangian
+    }
 }
 
 /// Water on its way down.
@@ -117,12 +134,9 @@ pub struct Hydraulic {
 
 impl Hydraulic {
     pub fn new(gpu: &Gpu, plan: &Plan, params: &Params) -> gpu::Result<Hydraulic> {
-        let pipes = match params.pipes {
-            Pipes::Four => 4,
-            Pipes::Eight => 8,
-        };
+        let pipes = if params.flows_diagonally() { 8 } else { 4 };
         let controls = plan.controls.any();
-        let semi_lagrangian = params.transport == Transport::SemiLagrangian;
+        let semi_lagrangian = params.traces_back();
         let flow = hydraulic_flow::Constants {
             pipes,
             controls,
@@ -132,15 +146,14 @@ impl Hydraulic {
             central_slope: params.slope == Slope::Central,
             semi_lagrangian,
         };
-        let (extra_sweeps, erode_push) = erode_push(plan, params);
         Ok(Hydraulic {
             start: Compute::new(gpu, ())?,
             flow: Compute::new(gpu, flow)?,
             diffusion: Compute::new(gpu, ())?,
             erode: Compute::new(gpu, hydraulic_erode::Constants { pipes, controls, semi_lagrangian })?,
             flow_push: flow_push(plan, params),
-            erode_push,
-            extra_sweeps,
+            erode_push: erode_push(plan, params),
+            extra_sweeps: params.sediment_sweeps(plan.grid) - 1,
         })
     }
 
@@ -205,13 +218,21 @@ impl Hydraulic {
 }
 
 impl Process for Hydraulic {
-    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
-        if iteration == 1 {
-            self.fill_the_sea(rec, fields);
+    fn passes(&self, _iteration: u32) -> u32 {
+        self.extra_sweeps + 2
+    }
+
+    fn pass(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32, pass: u32) {
+        if pass == 0 {
+            if iteration == 1 {
+                self.fill_the_sea(rec, fields);
+            }
+            self.let_flow(rec, fields);
+        } else if pass <= self.extra_sweeps {
+            self.diffuse(rec, fields);
+        } else {
+            self.let_erode(rec, fields);
         }
-        self.let_flow(rec, fields);
-        (0..self.extra_sweeps).for_each(|_| self.diffuse(rec, fields));
-        self.let_erode(rec, fields);
     }
 }
 
@@ -228,17 +249,20 @@ fn flow_push(plan: &Plan, params: &Params) -> hydraulic_flow::Push {
     }
 }
 
-/// Also the sweeps of sediment diffusion that must run before.
-fn erode_push(plan: &Plan, params: &Params) -> (u32, hydraulic_erode::Push) {
+/// What diffusion exchanges with each neighbour in one step.
+fn mixing(diffusivity: f32, step: f64, grid: Grid) -> f64 {
+    let cell = f64::from(grid.cell_size());
+    f64::from(diffusivity) * step / (cell * cell)
+}
+
+fn erode_push(plan: &Plan, params: &Params) -> hydraulic_erode::Push {
     let step = params.steps(plan.grid).step;
-    let cell = f64::from(plan.grid.cell_size());
-    let mixing = |diffusivity: f32| f64::from(diffusivity) * step / (cell * cell);
+    let mixing = |diffusivity: f32| mixing(diffusivity, step, plan.grid);
     // Share that approaches its end in one step at a rate per second.
     let approach = |rate: f32| -(-f64::from(rate) * step).exp_m1();
-    // A Jacobi sweep over four neighbours damps every wave if it mixes at most an eighth with each.
-    let sweeps = (8.0 * mixing(params.sediment_diffusivity)).ceil().max(1.0);
+    let sweeps = f64::from(params.sediment_sweeps(plan.grid));
     let ramped = params.ramp_depth > 0.0;
-    let push = hydraulic_erode::Push {
+    hydraulic_erode::Push {
         cell_size: plan.grid.cell_size(),
         time_step: step as f32,
         sea_level: plan.acting_sea_level(),
@@ -246,7 +270,7 @@ fn erode_push(plan: &Plan, params: &Params) -> (u32, hydraulic_erode::Push) {
         sediment_mixing: (mixing(params.sediment_diffusivity) / sweeps) as f32,
         creep_mixing: mixing(params.creep) as f32,
         bank_mixing: (0.5 * mixing(params.bank_diffusion)) as f32,
-        max_speed: (cell / step) as f32,
+        max_speed: (f64::from(plan.grid.cell_size()) / step) as f32,
         capacity: params.capacity,
         min_slope: params.min_slope,
         // Without a ramp the capacity is whole at any depth.
@@ -259,6 +283,5 @@ fn erode_push(plan: &Plan, params: &Params) -> (u32, hydraulic_erode::Push) {
         evaporation: (f64::from(params.evaporation) * step).min(1.0) as f32,
         wet_depth: params.wet_depth,
         wet_memory: params.wet_memory,
-    };
-    (sweeps as u32 - 1, push)
+    }
 }

@@ -92,7 +92,7 @@ impl Base {
 }
 
 impl Process for Base {
-    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
+    fn pass(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32, _pass: u32) {
         if let Some(pass) = self.0.get(iteration as usize - 1) {
             pass.record(rec, fields.height.src());
         }

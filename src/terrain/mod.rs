@@ -37,6 +37,9 @@ pub struct Plan {
     pub reef: Option<reef::Params>,
 }
 
+/// No ground lies further above or below the datum, m: in 32 bits it would lose the centimetres.
+pub const FARTHEST_GROUND: f32 = 50_000.0;
+
 /// What happens to water and sediment at the rim of the grid and in the sea.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Boundary {
@@ -68,10 +71,20 @@ pub struct Map {
     pub values: Vec<f32>,
 }
 
-/// One process of a stage.
+/// One process of a stage. It works in iterations and these in passes, between which a run may be cut.
 pub trait Process {
-    /// Records one iteration, counted from 1.
-    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32);
+    /// Passes of an iteration, counted from 1; it may have none.
+    fn passes(&self, _iteration: u32) -> u32 {
+        1
+    }
+
+    /// Records one pass, counted from 0: as much as must run in one go.
+    fn pass(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32, pass: u32);
+
+    /// Records a whole iteration.
+    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
+        (0..self.passes(iteration)).for_each(|pass| self.pass(rec, fields, iteration, pass));
+    }
 }
 
 impl Plan {

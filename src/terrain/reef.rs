@@ -2,6 +2,7 @@
 
 use super::{Fields, Plan, Process, thermal::Slide};
 use crate::{
+    core::grid::Grid,
     gpu::{self, Compute, Gpu, Recorder},
     shaders::terrain::{reef_carbon, reef_growth},
 };
@@ -57,7 +58,18 @@ const LARGEST_MIXING: f64 = 0.9;
 impl Params {
     /// Steps of all stages together.
     pub fn steps(&self) -> u32 {
-        self.stages.iter().map(|stage| self.steps_of(stage)).sum()
+        self.stages.iter().map(|stage| self.steps_of(stage)).fold(0, u32::saturating_add)
+    }
+
+    /// Sweeps of diffusion in one step.
+    pub fn sweeps(&self, grid: Grid) -> u32 {
+        (self.mixing(grid) / LARGEST_MIXING).ceil() as u32
+    }
+
+    /// What a step mixes over four neighbours.
+    fn mixing(&self, grid: Grid) -> f64 {
+        let cell = f64::from(grid.cell_size());
+        4.0 * f64::from(self.diffusivity) * f64::from(self.step) / (cell * cell)
     }
 
     fn steps_of(&self, stage: &Stage) -> u32 {
@@ -97,16 +109,14 @@ impl Reef {
             Some(rubble) => Some((Slide::rubble(gpu, plan, rubble.repose)?, rubble)),
             None => None,
         };
-        let (step, cell) = (f64::from(params.step), f64::from(plan.grid.cell_size()));
-        let mixing = 4.0 * f64::from(params.diffusivity) * step / (cell * cell);
-        let sweeps = (mixing / LARGEST_MIXING).ceil();
+        let sweeps = params.sweeps(plan.grid);
         Ok(Reef {
-            growth: Compute::new(gpu, ())?,
+            growth: Compute::new(gpu, reef_growth::Constants { controls: plan.controls.any() })?,
             carbon: Compute::new(gpu, ())?,
             rubble,
             growth_push: reef_growth::Push {
                 sea_level: plan.sea_level,
-                growth: (f64::from(params.growth) * step) as f32,
+                growth: (f64::from(params.growth) * f64::from(params.step)) as f32,
                 light_decay: params.light_decay,
                 max_depth: params.max_depth,
                 uptake: params.uptake,
@@ -114,8 +124,8 @@ impl Reef {
                 ocean_carbon: params.ocean_carbon,
                 ocean_depth: params.ocean_depth,
             },
-            mixing: if sweeps > 0.0 { (mixing / 4.0 / sweeps) as f32 } else { 0.0 },
-            sweeps: sweeps as u32,
+            mixing: (params.mixing(plan.grid) / 4.0 / f64::from(sweeps.max(1))) as f32,
+            sweeps,
             sea_levels: params.sea_levels(plan.sea_level),
             first_level: plan.sea_level,
         })
@@ -142,6 +152,7 @@ impl Reef {
             carbon: fields.carbon.src(),
             height: fields.height.src(),
             bed: &fields.start,
+            controls: &fields.controls,
         };
         rec.dispatch(&self.growth, fields.reef.size(), push, bindings);
     }
@@ -160,18 +171,26 @@ impl Reef {
 }
 
 impl Process for Reef {
-    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
-        if iteration == 1 {
-            self.begin(rec, fields);
-        }
+    /// Growth, the sweeps of diffusion, the passes of rubble.
+    fn passes(&self, iteration: u32) -> u32 {
+        let sheds = |rubble: &Rubble| iteration.is_multiple_of(rubble.every.max(1));
+        let rubble = self.rubble.as_ref().map(|(_, rubble)| rubble).filter(|rubble| sheds(rubble));
+        1 + self.sweeps + rubble.map_or(0, |rubble| rubble.passes)
+    }
+
+    fn pass(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32, pass: u32) {
         let Some(sea_level) = self.sea_levels.get(iteration as usize - 1).copied() else { return };
-        self.grow(rec, fields, reef_growth::Push { sea_level, ..self.growth_push });
-        (0..self.sweeps).for_each(|_| self.diffuse(rec, fields, sea_level));
-        let Some((slide, rubble)) = &mut self.rubble else { return };
-        if iteration.is_multiple_of(rubble.every.max(1)) {
+        if pass == 0 {
+            if iteration == 1 {
+                self.begin(rec, fields);
+            }
+            self.grow(rec, fields, reef_growth::Push { sea_level, ..self.growth_push });
+        } else if pass <= self.sweeps {
+            self.diffuse(rec, fields, sea_level);
+        } else if let Some((slide, _)) = &mut self.rubble {
             slide.push.top = sea_level + RUBBLE_TOP;
             let reef = fields.reef.clone();
-            (0..rubble.passes).for_each(|_| slide.pass(rec, fields, &reef));
+            slide.pass(rec, fields, &reef);
         }
     }
 }

@@ -4,7 +4,7 @@ use super::{Fields, Plan, Process};
 use crate::{
     core::grid::Grid,
     gpu::{self, Compute, Gpu, Recorder},
-    shaders::terrain::seabed::{Bindings, Push, Shader},
+    shaders::terrain::seabed::{Bindings, Constants, Push, Shader},
 };
 
 /// Sweeps of the four-neighbour mean that smooth over a length σ, m: each adds ℓ²/2 to the variance of its kernel.
@@ -20,18 +20,24 @@ pub struct Seabed {
 
 impl Seabed {
     pub fn new(gpu: &Gpu, plan: &Plan) -> gpu::Result<Seabed> {
-        Ok(Seabed { pass: Compute::new(gpu, ())?, sea_level: plan.sea_level })
+        let pass = Compute::new(gpu, Constants { controls: plan.controls.any() })?;
+        Ok(Seabed { pass, sea_level: plan.sea_level })
     }
 }
 
 impl Process for Seabed {
-    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, _iteration: u32) {
+    fn pass(&mut self, rec: &mut Recorder, fields: &mut Fields, _iteration: u32, _pass: u32) {
         let height = &mut fields.height;
         rec.dispatch(
             &self.pass,
             height.src().size(),
             Push { sea_level: self.sea_level },
-            Bindings { height_in: height.src(), height_out: height.dst(), change: &fields.change },
+            Bindings {
+                height_in: height.src(),
+                height_out: height.dst(),
+                change: &fields.change,
+                controls: &fields.controls,
+            },
         );
         height.swap();
     }

@@ -91,7 +91,6 @@ pub struct Simulation {
     stages: Vec<StageWork>,
     /// Index into `stages`.
     current: usize,
-    iteration: u32,
     pace: Pace,
     layer: Compute<layer::Shader>,
 }
@@ -101,6 +100,44 @@ struct StageWork {
     stage: Stage,
     iterations: u32,
     processes: Vec<Box<dyn Process>>,
+    /// Iterations that are done; of the next one, processes, and of the next one of these, passes.
+    done: u32,
+    processes_done: usize,
+    passes_done: u32,
+}
+
+impl StageWork {
+    fn new(gpu: &Gpu, plan: &Plan, stage: Stage, iterations: u32) -> gpu::Result<StageWork> {
+        let processes = processes(gpu, plan, stage)?;
+        Ok(StageWork { stage, iterations, processes, done: 0, processes_done: 0, passes_done: 0 })
+    }
+
+    /// Records the next passes: `most`, or what is left of the stage. Returns how many.
+    fn record(&mut self, rec: &mut Recorder, fields: &mut Fields, most: u32) -> u32 {
+        let mut recorded = 0;
+        while self.done < self.iterations {
+            let iteration = self.done + 1;
+            match self.processes.get_mut(self.processes_done) {
+                Some(process) if self.passes_done < process.passes(iteration) => {
+                    if recorded == most {
+                        break;
+                    }
+                    process.pass(rec, fields, iteration, self.passes_done);
+                    self.passes_done += 1;
+                    recorded += 1;
+                }
+                Some(_) => {
+                    self.processes_done += 1;
+                    self.passes_done = 0;
+                }
+                None => {
+                    self.done += 1;
+                    self.processes_done = 0;
+                }
+            }
+        }
+        recorded
+    }
 }
 
 impl Simulation {
@@ -113,38 +150,28 @@ impl Simulation {
         let stages = plan
             .stages()
             .into_iter()
-            .map(|(stage, iterations)| {
-                Ok(StageWork { stage, iterations, processes: processes(gpu, plan, stage)? })
-            })
+            .map(|(stage, iterations)| StageWork::new(gpu, plan, stage, iterations))
             .collect::<gpu::Result<_>>()?;
         let layer = Compute::new(gpu, ())?;
         let (gpu, plan, pace) = (gpu.clone(), plan.clone(), Pace::default());
-        Ok(Simulation { gpu, plan, fields, stages, current: 0, iteration: 0, pace, layer })
+        Ok(Simulation { gpu, plan, fields, stages, current: 0, pace, layer })
     }
 
-    /// Advances by as many iterations of the current stage as fit into `budget` (at least one, and never more than one
+    /// Advances by as many passes of the current stage as fit into `budget` (at least one, and never more than one
     /// submission should hold), and waits for them. The land does not depend on how a run is cut.
     pub fn step(&mut self, budget: Duration) -> gpu::Result<Progress> {
         let Some(work) = self.stages.get_mut(self.current) else { return Ok(self.progress()) };
-        let left = work.iterations - self.iteration;
-        let count = self.pace.iterations(budget.min(longest_submission(&self.gpu))).min(left);
+        let most = self.pace.passes(budget.min(longest_submission(&self.gpu)));
 
         let start = Instant::now();
         let mut rec = Recorder::new(&self.gpu);
-        rec.scope(work.stage.name(), |rec| {
-            for iteration in self.iteration + 1..=self.iteration + count {
-                for process in &mut work.processes {
-                    process.step(rec, &mut self.fields, iteration);
-                }
-            }
-        });
+        let mut passes = 0;
+        rec.scope(work.stage.name(), |rec| passes = work.record(rec, &mut self.fields, most));
         rec.submit()?.wait()?;
-        self.pace.took(count, start.elapsed());
+        self.pace.took(passes, start.elapsed());
 
-        self.iteration += count;
-        if self.iteration == work.iterations && self.current + 1 < self.stages.len() {
+        if work.done == work.iterations && self.current + 1 < self.stages.len() {
             self.current += 1;
-            self.iteration = 0;
             self.pace = Pace::default();
         }
         Ok(self.progress())
@@ -160,9 +187,9 @@ impl Simulation {
 
     pub fn progress(&self) -> Progress {
         match self.stages.get(self.current) {
-            Some(&StageWork { stage, iterations: of, .. }) => {
-                let finished = self.current + 1 == self.stages.len() && self.iteration == of;
-                Progress { stage, iteration: self.iteration, of, finished }
+            Some(&StageWork { stage, iterations: of, done: iteration, .. }) => {
+                let finished = self.current + 1 == self.stages.len() && iteration == of;
+                Progress { stage, iteration, of, finished }
             }
             None => Progress { stage: Stage::Base, iteration: 0, of: 0, finished: true },
         }
@@ -180,6 +207,17 @@ impl Simulation {
     /// The sea above the datum when the run is over, m.
     pub fn sea_level(&self) -> f32 {
         self.plan.final_sea_level()
+    }
+
+    /// The lowest and the highest ground as it is now, m; infinite where a height is not a number.
+    pub fn ground_range(&self) -> gpu::Result<[f32; 2]> {
+        let mut rec = Recorder::new(&self.gpu);
+        let heights = rec.download(self.fields.height.src());
+        let heights = heights.take(&rec.submit()?.wait()?);
+        let range = |[low, high]: [f32; 2], h: f32| {
+            if h.is_nan() { [f32::NEG_INFINITY, f32::INFINITY] } else { [low.min(h), high.max(h)] }
+        };
+        Ok(heights.into_iter().fold([f32::INFINITY, f32::NEG_INFINITY], range))
     }
 
     /// The land as it is now, for a renderer.
@@ -269,19 +307,19 @@ fn longest_submission(gpu: &Gpu) -> Duration {
 struct Pace(Option<Measured>);
 
 struct Measured {
-    iterations: u32,
+    passes: u32,
     time: Duration,
 }
 
 impl Pace {
-    /// One iteration where nothing is known; never more than four times the last count, since the first ones also compile.
-    fn iterations(&self, budget: Duration) -> u32 {
-        let Some(Measured { iterations, time }) = self.0 else { return 1 };
-        let fit = f64::from(iterations) * budget.as_secs_f64() / time.as_secs_f64().max(1e-9);
-        (fit as u32).clamp(1, iterations.saturating_mul(4))
+    /// One pass where nothing is known; never more than four times the last count, since the first ones also compile.
+    fn passes(&self, budget: Duration) -> u32 {
+        let Some(Measured { passes, time }) = self.0 else { return 1 };
+        let fit = f64::from(passes) * budget.as_secs_f64() / time.as_secs_f64().max(1e-9);
+        (fit as u32).clamp(1, passes.saturating_mul(4).max(1))
     }
 
-    fn took(&mut self, iterations: u32, time: Duration) {
-        self.0 = Some(Measured { iterations, time });
+    fn took(&mut self, passes: u32, time: Duration) {
+        self.0 = Some(Measured { passes, time });
     }
 }

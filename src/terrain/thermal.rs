@@ -105,20 +105,21 @@ impl Thermal {
 }
 
 impl Process for Thermal {
-    fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
-        let change = fields.change.clone();
+    fn passes(&self, iteration: u32) -> u32 {
         match self.schedule {
-            Schedule::Behind { every, passes } if iteration.is_multiple_of(every) => {
-                (0..passes).for_each(|_| self.slide.pass(rec, fields, &change));
-            }
-            Schedule::Behind { .. } => {}
-            Schedule::Each => self.slide.pass(rec, fields, &change),
-            Schedule::Prepare { last } => {
-                self.slide.pass(rec, fields, &change);
-                if iteration == last {
-                    fields.rebase(rec);
-                }
-            }
+            Schedule::Behind { every, passes } if iteration.is_multiple_of(every) => passes,
+            Schedule::Behind { .. } => 0,
+            Schedule::Each | Schedule::Prepare { .. } => 1,
+        }
+    }
+
+    fn pass(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32, _pass: u32) {
+        let change = fields.change.clone();
+        self.slide.pass(rec, fields, &change);
+        if let Schedule::Prepare { last } = self.schedule
+            && iteration == last
+        {
+            fields.rebase(rec);
         }
     }
 }
@@ -145,7 +146,7 @@ impl Slide {
         Ok(Slide { pass: Compute::new(gpu, Constants { law, controls: plan.controls.any() })?, push })
     }
 
-    /// The excess law at its largest rate and one angle of repose, radians, whatever the controls say.
+    /// The excess law at its largest rate and one angle of repose, radians.
     pub fn rubble(gpu: &Gpu, plan: &Plan, repose: f32) -> gpu::Result<Slide> {
         let rise = rise(repose, plan.grid);
         let push = Push {
@@ -155,7 +156,7 @@ impl Slide {
             sea_level: f32::MIN,
             top: f32::MAX,
         };
-        Ok(Slide { pass: Compute::new(gpu, Constants { law: 0, controls: false })?, push })
+        Ok(Slide { pass: Compute::new(gpu, Constants { law: 0, controls: plan.controls.any() })?, push })
     }
 
     /// Slides the ground and counts it in `change`, where height is `start + change`.

@@ -105,7 +105,8 @@ section! {
         /// Length of one side.
         extent: f32 = number(8000.0, M, 100.0..=1e6),
         /// What the land is made of, from the first layer to the last; each is combined with what the ones before
-        /// it made.
+        /// it made. A layer's randomness comes from the world's seed and its place in the list: give it a `seed` of
+        /// its own to keep its pattern when layers are inserted before it.
         layers: Vec<Layer> = list(layer(), 1..=64, DEFAULT_LAYERS),
     }
 }
@@ -260,7 +261,7 @@ section! {
         rain: Option<String> = file(),
         /// Multiplies what water takes from the ground: soft rock is 1, hard rock 0.
         erodibility: Option<String> = file(),
-        /// Multiplies every change of the ground: erosion where it is white.
+        /// Multiplies every change of the ground, from 0 to 1: erosion, sea bed and reef where it is white.
         mask: Option<String> = file(),
     }
 }

@@ -10,7 +10,7 @@ use crate::formats;
 use crate::scene;
 use crate::sky;
 use crate::terrain::layers::{Combine, Generator, Layer};
-use crate::terrain::{Boundary, Controls, Map, Plan, reef, thermal};
+use crate::terrain::{Boundary, Controls, FARTHEST_GROUND, Map, Plan, reef, seabed, thermal};
 use glam::{DVec3, Vec3};
 use std::path::Path;
 use std::sync::Arc;
@@ -42,6 +42,7 @@ pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
         seabed_smoothing: world.erosion.as_ref().map_or(0.0, |erosion| erosion.seabed_smoothing),
         reef: check.reef(world.reef.as_ref()),
     };
+    check.passes(&plan);
     check.surface(&world.surface);
     let light = check.light(world);
     let camera = check.camera(&world.camera, plan.final_sea_level());
@@ -192,7 +193,12 @@ impl Check<'_> {
             );
             return None;
         };
-        self.map(path, &file, |map| map.into_metres(range))
+        let map = self.map(path, &file, |map| map.into_metres(range))?;
+        if map.values.iter().any(|height| height.abs() > FARTHEST_GROUND) {
+            let label = format!("a map of heights within {FARTHEST_GROUND} m of the datum");
+            self.refuse(&[file], Complaint::new("holds heights that no ground has", label));
+        }
+        Some(map)
     }
 
     fn controls(&mut self, controls: &keys::Controls) -> Controls {
@@ -200,7 +206,12 @@ impl Check<'_> {
             let place = KeyPath::from("controls").join(name);
             let map = self.map(path.as_ref()?, &place, Ok)?;
             if map.values.iter().any(|value| *value < 0.0) {
+                let place = place.clone();
                 self.refuse(&[place], Complaint::new("holds values below 0", "a map of factors, from 0 up"));
+            }
+            // More of what is just stable is not.
+            if name == "mask" && map.values.iter().any(|value| *value > 1.0) {
+                self.refuse(&[place], Complaint::new("holds values above 1", "a map of shares, from 0 to 1"));
             }
             Some(Arc::new(map))
         };
@@ -255,9 +266,6 @@ impl Check<'_> {
     }
 
     fn reef(&mut self, reef: Option<&reef::Params>) -> Option<reef::Params> {
-        /// A history that takes longer than a day even on a fast device.
-        const MOST_STEPS: f64 = 1e7;
-
         let reef = reef?;
         if reef.ocean_depth < reef.max_depth {
             let label = format!("allowed: `max_depth`, {} m, and more", reef.max_depth);
@@ -269,12 +277,6 @@ impl Check<'_> {
             let label = format!("allowed: less than `max_depth`, {} m", reef.max_depth);
             let complaint = Complaint::new("leaves no depth to grow in", label);
             self.refuse(&["reef.keep".into(), "reef.max_depth".into()], complaint);
-        }
-        let years: f64 = reef.stages.iter().map(|stage| f64::from(stage.duration)).sum();
-        if years / f64::from(reef.step) > MOST_STEPS {
-            let complaint =
-                Complaint::new("is too short for so long a history", "more than ten million steps");
-            self.refuse(&["reef.step".into(), "reef.stages".into()], complaint);
         }
         self.warn_of_drowning(reef);
         Some(reef.clone())
@@ -290,6 +292,58 @@ impl Check<'_> {
                 "the sea rises by {fastest} m/yr and the reef may drown: give `reef.growth` at least {}",
                 least * fastest
             ));
+        }
+    }
+
+    /// Refuses what takes longer than a day even on a fast device, stage by stage.
+    fn passes(&mut self, plan: &Plan) {
+        let grid = plan.grid;
+        if let Some(settle) = plan.thermal.and_then(|thermal| thermal.settle) {
+            self.bound(&[(settle.passes(grid).into(), &["erosion.thermal.settle.length"], LARGER_CELLS)]);
+        }
+        if let Some(water) = &plan.hydraulic {
+            let steps = water.steps(grid);
+            let count = f64::from(steps.count);
+            let slides = plan.thermal.map_or(0.0, |thermal| {
+                let every = f64::from(thermal.every);
+                count / every * f64::from(thermal.passes(grid, every * steps.step))
+            });
+            let sweeps = count * f64::from(water.sediment_sweeps(grid));
+            let help = "less time, a larger `safety`, or larger cells: fewer `terrain.cells`, a larger `terrain.extent`";
+            self.bound(&[
+                (count, &["erosion.hydraulic.duration", "erosion.hydraulic.safety"], help),
+                (sweeps, &["erosion.hydraulic.sediment_diffusivity"], LARGER_CELLS),
+                (slides, &["erosion.thermal.diffusivity"], LARGER_CELLS),
+            ]);
+        } else if let Some(thermal) = &plan.thermal {
+            let passes = thermal.passes(grid, thermal.duration.into());
+            let keys = ["erosion.thermal.diffusivity", "erosion.thermal.duration"];
+            self.bound(&[(passes.into(), &keys, LARGER_CELLS)]);
+        }
+        let sweeps = seabed::sweeps(plan.seabed_smoothing, grid);
+        self.bound(&[(sweeps.into(), &["erosion.seabed_smoothing"], LARGER_CELLS)]);
+        if let Some(reef) = &plan.reef {
+            let steps = f64::from(reef.steps());
+            let sweeps = steps * f64::from(reef.sweeps(grid));
+            let rubble = reef.rubble.map_or(0.0, |rubble| f64::from(rubble.passes) / f64::from(rubble.every));
+            self.bound(&[
+                (steps, &["reef.step", "reef.stages"], "longer steps, or a shorter history"),
+                (sweeps, &["reef.diffusivity"], LARGER_CELLS),
+                (steps * rubble, &["reef.rubble.passes"], "fewer passes, or a larger `every`"),
+            ]);
+        }
+    }
+
+    /// Refuses a stage by the first of its rows that is too much: passes, the keys that ask for them, what to do.
+    fn bound(&mut self, rows: &[(f64, &[&str], &str)]) {
+        const MOST: f64 = 1e7;
+
+        if let Some((_, keys, help)) = rows.iter().find(|(passes, ..)| *passes > MOST) {
+            let keys: Vec<KeyPath> =
+                keys.iter().chain(&["terrain.cells"]).map(|key| KeyPath::from(*key)).collect();
+            let complaint =
+                Complaint::new("asks for too much work", "more than ten million passes over the terrain");
+            self.refuse(&keys, complaint.help(*help));
         }
     }
 
@@ -398,4 +452,6 @@ impl Check<'_> {
     }
 }
 
+const LARGER_CELLS: &str =
+    "a smaller value, or larger cells: fewer `terrain.cells`, a larger `terrain.extent`";
 const NO_FIRST: &str = "the first layer starts from level ground";

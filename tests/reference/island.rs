@@ -31,12 +31,13 @@ pub fn run(plan: &Plan) -> Land {
     let cells = erode(plan, &h0);
     let e: Vec<f64> = cells.iter().map(|cell| cell.e).collect();
     let mut height: Vec<f64> = h0.iter().zip(&e).map(|(h0, e)| h0 + e).collect();
-    seabed::smooth(lattice, &mut height, sea_level, f64::from(plan.seabed_smoothing));
+    let mask = control(lattice, plan.controls.mask.as_deref());
+    seabed::smooth(lattice, &mut height, sea_level, f64::from(plan.seabed_smoothing), &mask);
     let Some(params) = plan.reef.clone() else {
         let b = vec![0.0; lattice.len()];
         return Land { lattice, h0, e, b, height, sea_level_at_erosion: sea_level, sea_level, cells };
     };
-    let mut reef = Reef::new(lattice, params, height, sea_level);
+    let mut reef = Reef { mask, ..Reef::new(lattice, params, height, sea_level) };
     reef.run();
     let height = (0..lattice.len()).map(|at| reef.height(at)).collect();
     Land {
@@ -56,9 +57,10 @@ pub fn settled(plan: &Plan, mut h: Vec<f64>) -> Vec<f64> {
     let lattice = Lattice::new(plan.grid);
     let Some(settle) = plan.thermal.and_then(|thermal| thermal.settle) else { return h };
     let tangent = f64::from(settle.repose).tan();
+    let mask = control(lattice, plan.controls.mask.as_deref());
     for _ in 0..thermal::settling_passes(f64::from(settle.length), lattice.cell) {
-        let change =
-            thermal::pass(lattice, Law::Excess, thermal::LARGEST_SHARE, &h, |_| Some(tangent), |_| 1.0);
+        let repose = |_| Some(tangent);
+        let change = thermal::pass(lattice, Law::Excess, thermal::LARGEST_SHARE, &h, repose, |at| mask[at]);
         h.iter_mut().zip(change).for_each(|(h, change)| *h += change);
     }
     h

@@ -19,6 +19,8 @@ pub struct Reef {
     /// Inorganic carbon.
     pub carbon: Vec<f64>,
     pub sea_level: f64,
+    /// Factor of every change of the ground.
+    pub mask: Vec<f64>,
 }
 
 impl Reef {
@@ -27,7 +29,8 @@ impl Reef {
             .iter()
             .map(|&h| if h < sea_level { f64::from(params.ocean_carbon) } else { 0.0 })
             .collect();
-        Self { lattice, b: vec![0.0; ground.len()], carbon, params, ground, sea_level }
+        let (b, mask) = (vec![0.0; ground.len()], vec![1.0; ground.len()]);
+        Self { lattice, b, carbon, params, ground, sea_level, mask }
     }
 
     /// The whole history of the sea level (30).
@@ -71,6 +74,7 @@ impl Reef {
             let light = (-depth * f64::from(p.light_decay)).exp();
             let calcified =
                 if lit { self.carbon[at].powi(2) * f64::from(p.growth) * light * years } else { 0.0 }; // (25)
+            let calcified = self.mask[at] * calcified;
             self.b[at] += calcified.min((depth - f64::from(p.keep)).max(0.0)); // (29)
             let used = f64::from(p.uptake) * calcified / depth.max(0.5);
             self.carbon[at] = (self.carbon[at] - used).max(0.0); // (26)
@@ -106,7 +110,8 @@ impl Reef {
         for _ in 0..rubble.passes {
             let h: Vec<f64> = (0..self.lattice.len()).map(|at| self.height(at)).collect();
             let gives = |at: usize| (h[at] < self.sea_level + CREST).then_some(tangent);
-            let change = thermal::pass(self.lattice, Law::Excess, thermal::LARGEST_SHARE, &h, gives, |_| 1.0);
+            let mask = |at: usize| self.mask[at];
+            let change = thermal::pass(self.lattice, Law::Excess, thermal::LARGEST_SHARE, &h, gives, mask);
             self.b.iter_mut().zip(change).for_each(|(b, change)| *b += change);
         }
     }

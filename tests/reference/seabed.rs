@@ -2,10 +2,11 @@
 
 use super::lattice::Lattice;
 
-/// Smooths cells below `sea_level` over a length σ, in place.
-pub fn smooth(lattice: Lattice, h: &mut Vec<f64>, sea_level: f64, length: f64) {
+/// Smooths cells below `sea_level` over a length σ, in place, each by the share in `mask`.
+pub fn smooth(lattice: Lattice, h: &mut [f64], sea_level: f64, length: f64, mask: &[f64]) {
     for _ in 0..passes(length, lattice.cell) {
-        *h = pass(lattice, h, sea_level);
+        let settled = pass(lattice, h, sea_level);
+        h.iter_mut().zip(settled).zip(mask).for_each(|((h, settled), mask)| *h += mask * (settled - *h));
     }
 }
 
