@@ -99,7 +99,7 @@ fn passes_wait_for_each_other() {
 /// The canary of every other test: synchronization validation sees a barrier that is not there.
 #[test]
 fn a_removed_barrier_is_caught() {
-    let (gpu, log) = kit::validated_gpu();
+    let (_turn, gpu, log) = kit::validated_gpu();
     let mut field = PingPong::<Image<R32f>>::images(&gpu, "field", [32, 32]).unwrap();
     let smoothing = Smoothing::new(&gpu, [32, 32]);
     let two_passes = |rec: &mut Recorder, field: &mut PingPong<Image<R32f>>| {
@@ -123,7 +123,7 @@ fn a_removed_barrier_is_caught() {
 
 #[test]
 fn nothing_is_left_when_a_device_is_closed() {
-    let (gpu, log) = kit::validated_gpu();
+    let (_turn, gpu, log) = kit::validated_gpu();
     {
         let image = Image::<R32f>::new(&gpu, "image", [16, 16]).unwrap();
         let field = PingPong::new(image.clone(), Image::new(&gpu, "other", [16, 16]).unwrap());
@@ -142,7 +142,7 @@ fn nothing_is_left_when_a_device_is_closed() {
 
 #[test]
 fn memory_is_counted_by_name_and_limited() {
-    let (_, log) = kit::validated_gpu();
+    let (_turn, _, log) = kit::validated_gpu();
     let limit = 1 << 20;
     let options = Options { memory_limit: Some(limit), validation: Some(log.clone()), ..Options::default() };
     let gpu = Gpu::new(&options).unwrap();
@@ -179,6 +179,7 @@ fn impossible_images_are_refused_with_the_figures() {
 
 #[test]
 fn devices_are_chosen_by_index_and_by_part_of_the_name() {
+    let _turn = kit::turn();
     let all = devices().unwrap();
     let first = &all[0];
     for wanted in [first.index.to_string(), first.name[..4].to_uppercase()] {

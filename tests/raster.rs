@@ -513,7 +513,7 @@ fn memory_of_a_picture_is_known_before() {
         (1280, film(64, 64), Quality::default()),
         (128, film(500, 400), Quality::default()),
     ] {
-        let gpu = kit::validated_gpu().0;
+        let (_turn, gpu, _) = kit::validated_gpu();
         let renderer = Renderer::new(&gpu).expect("a renderer");
         let scene = sandbox(&gpu, Grid { cells, extent: 4000.0 }, |x, _| 0.1 * x);
         let land = gpu.memory().used;

@@ -341,7 +341,7 @@ fn where_the_mask_is_black_no_process_changes_the_ground() {
 
 #[test]
 fn a_plan_knows_its_steps_and_its_memory() {
-    let gpu = kit::validated_gpu().0;
+    let (_turn, gpu, _) = kit::validated_gpu();
     let plan = everything(hill(64, 60.0));
     let mut simulation = Simulation::new(&gpu, &plan).unwrap();
     // What is copied at the beginning and at the end is there for a moment only.
@@ -361,6 +361,7 @@ fn a_plan_knows_its_steps_and_its_memory() {
 
 #[test]
 fn a_world_that_does_not_fit_is_refused_with_its_figures() {
+    let _turn = kit::turn();
     let gpu = Gpu::new(&Options { memory_limit: Some(4 << 20), ..Options::default() }).unwrap();
     let plan = Plan { hydraulic: Some(valleys(60.0)), ..world(512, 6000.0, hill(512, 60.0)) };
     let Err(error) = Simulation::new(&gpu, &plan) else { panic!("34 MiB fit into 4") };

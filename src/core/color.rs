@@ -43,7 +43,7 @@ pub fn srgb8_from_linear(linear: f32, dither: f32) -> u8 {
 ///
 /// Each channel runs through Lottes's curve ("Advanced Techniques and Optimization of HDR Color
 /// Pipelines", GDC 2016), `x^a / (b·x^a + c)`, which keeps middle grey where it is and reaches 1 at
-/// [`WHITE`]. As in Sobotka's AgX the channels are mixed before the curve and unmixed after it, so that
+/// white. As in Sobotka's AgX the channels are mixed before the curve and unmixed after it, so that
 /// bright colours turn paler instead of changing hue where single channels clip.
 pub fn filmic(rgb: [f32; 3]) -> [f32; 3] {
     let curved = transform(&MIX, rgb).map(filmic_curve);

@@ -9,7 +9,7 @@ use crate::gpu::{
 use crate::scene::Scene;
 use crate::shaders::raster::{glow, openness, shadow, surf};
 
-/// Images over the ground, as fine as its grid or coarser: see [`FINEST`].
+/// Images over the ground, as fine as its grid or coarser.
 pub struct Exposure {
     /// Height at which the sun comes out (m above the datum), and how far away what hides it is (m).
     pub shadow: Image<Rg32f>,

@@ -7,7 +7,7 @@ use crate::scene::{Air, AirLayer};
 /// Turbidity is *defined* as the optical depth of molecules and haze over that of molecules alone
 /// (Preetham et al. 1999, section 2), which fixes the haze once its scale height is known. Scale heights are
 /// the paper's (section 3.2: α = 0.8333e-3 and 0.1136e-3 1/m). Over the open ocean most of a column's haze floats
-/// above the layer that mixes with the surface; only [`LOW_SHARE`] of it veils the view.
+/// above the layer that mixes with the surface; only a share of it veils the view.
 pub fn air(turbidity: f64) -> Air {
     let molecules = MOLECULES.map(|scattering| scattering as f32);
     let haze = LOW_SHARE * (turbidity - 1.0).max(0.0) * MOLECULES[1] * MOLECULE_HEIGHT / HAZE_HEIGHT;
