@@ -288,6 +288,29 @@ fn flips_and_quarter_turns_change_no_bit() {
     }
 }
 
+/// Depth and counter of the sea that stood there must not show where coral, or a fall of the sea, has made land.
+#[test]
+fn land_that_rose_from_the_sea_is_dry() {
+    let gpu = kit::gpu();
+    let mut plan = everything(hill(64, 60.0));
+    if let Some(reef) = &mut plan.reef {
+        reef.stages.push(reef::Stage { duration: 0.0, rise: -3.0 });
+    }
+    let simulation = finished(&gpu, &plan);
+    let read = |what| layer(&gpu, &simulation, what);
+    let (height, water, wetness) = (read(Layer::Height), read(Layer::Water), read(Layer::Wetness));
+    let coral = texels(&gpu, &simulation.fields().reef);
+    let risen: Vec<usize> = (0..height.len())
+        .filter(|at| height[*at] >= simulation.sea_level() && height[*at] - coral[*at] < plan.sea_level)
+        .collect();
+    assert!(risen.len() > 20, "only {} cells rose", risen.len());
+    for at in risen {
+        assert_eq!([water[at], wetness[at]], [0.0; 2], "cell {at}");
+    }
+    // Rivers on land that was always land keep theirs.
+    assert!((0..height.len()).any(|at| water[at] > 0.0 && wetness[at] > 0.0));
+}
+
 #[test]
 fn the_land_does_not_depend_on_how_a_run_is_cut() {
     let gpu = kit::gpu();
