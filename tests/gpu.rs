@@ -99,7 +99,7 @@ fn passes_wait_for_each_other() {
 /// The canary of every other test: synchronization validation sees a barrier that is not there.
 #[test]
 fn a_removed_barrier_is_caught() {
-    let (_turn, gpu, log) = kit::validated_gpu();
+    let gpu = kit::own_gpu(Options::default());
     let mut field = PingPong::<Image<R32f>>::images(&gpu, "field", [32, 32]).unwrap();
     let smoothing = Smoothing::new(&gpu, [32, 32]);
     let two_passes = |rec: &mut Recorder, field: &mut PingPong<Image<R32f>>| {
@@ -112,18 +112,18 @@ fn a_removed_barrier_is_caught() {
     let mut rec = Recorder::new(&gpu);
     two_passes(&mut rec, &mut field);
     rec.submit().unwrap().wait().unwrap();
-    assert_eq!(log.take(), Vec::<String>::new());
+    assert_eq!(gpu.messages(), Vec::<String>::new());
 
     let mut rec = Recorder::new(&gpu);
     rec.concurrent(|rec| two_passes(rec, &mut field));
     rec.submit().unwrap().wait().unwrap();
-    let messages = log.take();
+    let messages = gpu.messages();
     assert!(messages.iter().any(|message| message.contains("SYNC-HAZARD")), "{messages:?}");
 }
 
 #[test]
 fn nothing_is_left_when_a_device_is_closed() {
-    let (_turn, gpu, log) = kit::validated_gpu();
+    let gpu = kit::own_gpu(Options::default());
     {
         let image = Image::<R32f>::new(&gpu, "image", [16, 16]).unwrap();
         let field = PingPong::new(image.clone(), Image::new(&gpu, "other", [16, 16]).unwrap());
@@ -136,16 +136,12 @@ fn nothing_is_left_when_a_device_is_closed() {
         submission.wait().unwrap();
     }
     assert_eq!(gpu.memory().used, 0);
-    drop(gpu);
-    assert_eq!(log.take(), Vec::<String>::new());
+    assert_eq!(gpu.close(), Vec::<String>::new());
 }
 
 #[test]
 fn memory_is_counted_by_name_and_limited() {
-    let (_turn, _, log) = kit::validated_gpu();
-    let limit = 1 << 20;
-    let options = Options { memory_limit: Some(limit), validation: Some(log.clone()), ..Options::default() };
-    let gpu = Gpu::new(&options).unwrap();
+    let gpu = kit::own_gpu(Options { memory_limit: Some(1 << 20), ..Options::default() });
     let small = Image::<R32f>::new(&gpu, "small", [256, 256]).unwrap();
     assert!(gpu.memory().by_name["small"] >= 4 * 256 * 256);
     let Err(error) = Image::<R32f>::new(&gpu, "large", [1024, 1024]) else { panic!("over the limit") };
@@ -153,7 +149,6 @@ fn memory_is_counted_by_name_and_limited() {
     assert!(error.to_string().contains("--memory-limit"), "{error}");
     drop(small);
     assert_eq!(gpu.memory().used, 0);
-    assert_eq!(log.take(), Vec::<String>::new());
 }
 
 #[test]
@@ -179,13 +174,16 @@ fn impossible_images_are_refused_with_the_figures() {
 
 #[test]
 fn devices_are_chosen_by_index_and_by_part_of_the_name() {
-    let _turn = kit::turn();
-    let all = devices().unwrap();
+    let all = {
+        let _turn = kit::turn();
+        devices().unwrap()
+    };
     let first = &all[0];
     for wanted in [first.index.to_string(), first.name[..4].to_uppercase()] {
-        let gpu = Gpu::new(&Options { device: Some(wanted), ..Options::default() }).unwrap();
+        let gpu = kit::own_gpu(Options { device: Some(wanted), ..Options::default() });
         assert_eq!(gpu.info().name, first.name);
     }
+    let _turn = kit::turn();
     let error =
         Gpu::new(&Options { device: Some("no such thing".into()), ..Options::default() }).unwrap_err();
     assert!(matches!(error, Error::NoDevice(_)), "{error}");

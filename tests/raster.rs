@@ -8,7 +8,7 @@ use terrane::core::camera::Pinhole;
 use terrane::core::color::filmic;
 use terrane::core::grid::Grid;
 use terrane::core::memory;
-use terrane::gpu::{Gpu, Image, Recorder, format::R32f};
+use terrane::gpu::{Gpu, Image, Options, Recorder, format::R32f};
 use terrane::raster::{self, Picture, Quality, Renderer};
 use terrane::scene::{
     Air, AirLayer, Camera, Film, Ground, Light, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
@@ -513,7 +513,7 @@ fn memory_of_a_picture_is_known_before() {
         (1280, film(64, 64), Quality::default()),
         (128, film(500, 400), Quality::default()),
     ] {
-        let (_turn, gpu, _) = kit::validated_gpu();
+        let gpu = kit::own_gpu(Options::default());
         let renderer = Renderer::new(&gpu).expect("a renderer");
         let scene = sandbox(&gpu, Grid { cells, extent: 4000.0 }, |x, _| 0.1 * x);
         let land = gpu.memory().used;

@@ -364,7 +364,7 @@ fn where_the_mask_is_black_no_process_changes_the_ground() {
 
 #[test]
 fn a_plan_knows_its_steps_and_its_memory() {
-    let (_turn, gpu, _) = kit::validated_gpu();
+    let gpu = kit::own_gpu(Options::default());
     let plan = everything(hill(64, 60.0));
     let mut simulation = Simulation::new(&gpu, &plan).unwrap();
     // What is copied at the beginning and at the end is there for a moment only.
@@ -384,8 +384,7 @@ fn a_plan_knows_its_steps_and_its_memory() {
 
 #[test]
 fn a_world_that_does_not_fit_is_refused_with_its_figures() {
-    let _turn = kit::turn();
-    let gpu = Gpu::new(&Options { memory_limit: Some(4 << 20), ..Options::default() }).unwrap();
+    let gpu = kit::own_gpu(Options { memory_limit: Some(4 << 20), ..Options::default() });
     let plan = Plan { hydraulic: Some(valleys(60.0)), ..world(512, 6000.0, hill(512, 60.0)) };
     let Err(error) = Simulation::new(&gpu, &plan) else { panic!("34 MiB fit into 4") };
     assert!(

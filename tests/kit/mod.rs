@@ -17,38 +17,50 @@ use terrane::gpu::{Gpu, MessageLog, Options};
 pub fn gpu() -> Guard {
     static SHARED: OnceLock<(Gpu, MessageLog)> = OnceLock::new();
     let turn = turn();
-    let (gpu, log) = SHARED.get_or_init(open);
+    let (gpu, log) = SHARED.get_or_init(|| open(Options::default()));
     Guard { gpu: gpu.clone(), log: log.clone(), _turn: turn }
 }
 
-/// A device of its own, with core and synchronization validation, and the log of its messages. The turn comes first,
-/// so that it is given up last.
-pub fn validated_gpu() -> (Turn, Gpu, MessageLog) {
+/// A device of its own, under validation too.
+pub fn own_gpu(options: Options) -> Guard {
     let turn = turn();
-    let (gpu, log) = open();
-    (turn, gpu, log)
+    let (gpu, log) = open(options);
+    Guard { gpu, log, _turn: turn }
 }
 
 /// One test at a time uses devices: a message then belongs to the test that caused it, lavapipe has all cores to itself,
 /// and the validation layer, which may crash when devices come and go on several threads, sees one thread.
-pub fn turn() -> Turn {
+pub fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-pub type Turn = MutexGuard<'static, ()>;
-
-fn open() -> (Gpu, MessageLog) {
+fn open(options: Options) -> (Gpu, MessageLog) {
     let log = MessageLog::default();
-    let options = Options { validation: Some(log.clone()), ..Options::default() };
+    let options = Options { validation: Some(log.clone()), ..options };
     (Gpu::new(&options).expect("a Vulkan device and the validation layer"), log)
 }
 
-/// A shared device; see [`gpu`].
+/// A device, for as long as one test uses it; see [`gpu`].
 pub struct Guard {
     gpu: Gpu,
     log: MessageLog,
-    _turn: Turn,
+    // Given up last.
+    _turn: MutexGuard<'static, ()>,
+}
+
+impl Guard {
+    /// The validation messages since they were last taken.
+    pub fn messages(&self) -> Vec<String> {
+        self.log.take()
+    }
+
+    /// Gives up the device; the messages of its end.
+    pub fn close(self) -> Vec<String> {
+        let log = self.log.clone();
+        drop(self);
+        log.take()
+    }
 }
 
 impl Deref for Guard {
@@ -61,7 +73,7 @@ impl Deref for Guard {
 
 impl Drop for Guard {
     fn drop(&mut self) {
-        let messages = self.log.take();
+        let messages = self.messages();
         if !std::thread::panicking() {
             assert!(messages.is_empty(), "validation messages:\n{}", messages.join("\n"));
         }
