@@ -80,7 +80,7 @@ fn program_module(program: &Program, shared: &mut Structs) -> Result<String, Str
     Ok(format!(
         "/// `glsl/{room}/{stem}`
 pub mod {stem} {{
-#[allow(unused_imports)]
+#[allow(unused_imports)] // One list for every program; each uses its share.
 use crate::gpu::{{format, Bind, Bindable, BindingLayout, Buffer, ComputeInterface, Image, Interface, Layers, RasterInterface, ResourceKind, Specialize, StageKind}};
 #[derive(Clone, Copy, Debug)]
 pub enum Shader {{}}

@@ -6,7 +6,7 @@ use crate::raster::{self, Quality};
 use crate::scene::Film;
 use crate::world::World;
 
-/// Device memory of a run that ends in a picture, phase by phase: the picture has the land and no more the simulation.
+/// Device memory of a run that ends in a picture, phase by phase: while the picture is drawn the land is there and the simulation gone.
 pub struct Phases {
     pub land: Vec<Memory>,
     pub picture: Vec<Memory>,
