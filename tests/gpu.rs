@@ -5,10 +5,11 @@ mod kit;
 use kit::field::check_close;
 use terrane::{
     gpu::{
-        Buffer, Compute, Error, Gpu, Image, Layers, Options, PingPong, Recorder, devices,
-        format::{R32f, Rgba32f},
+        Attachable, Blend, Buffer, Compute, Cull, Depth, Draw, Error, Gpu, Image, Layers, Load, Options,
+        PingPong, Raster, RasterState, Recorder, Targets, Topology, devices,
+        format::{Format, R32f, Rgba32f},
     },
-    shaders::terrain::seabed,
+    shaders::{raster::terrain, terrain::seabed},
 };
 
 /// Deterministic values that are all different.
@@ -160,6 +161,38 @@ fn errors_of_a_recording_surface_at_submit() {
     rec.clear(&image);
     let Err(error) = rec.submit() else { panic!("a wrong upload was taken") };
     assert!(error.to_string().contains("3 elements to a place for 16"), "{error}");
+}
+
+#[test]
+fn drawing_into_what_a_pipeline_was_not_made_for_is_refused() {
+    let gpu = kit::gpu();
+    let state = RasterState {
+        color: &[R32f::VK],
+        depth: Depth::None,
+        topology: Topology::Patches(4),
+        cull: Cull::None,
+        blend: Blend::None,
+    };
+    let pipeline = Raster::<terrain::Shader>::new(&gpu, (), &state).unwrap();
+    let frame = Buffer::new(&gpu, "frame", 1).unwrap();
+    let patches = Buffer::new(&gpu, "patches", 1).unwrap();
+    let one = Image::<R32f>::new(&gpu, "one", [8, 8]).unwrap();
+    let four = Image::<Rgba32f>::new(&gpu, "four", [8, 8]).unwrap();
+    let small = Image::<R32f>::new(&gpu, "small", [4, 8]).unwrap();
+    let draw = |color: &[&dyn Attachable]| {
+        let mut rec = Recorder::new(&gpu);
+        rec.render(&Targets { color, depth: None, load: Load::Clear([0.0; 4]) }, |draws| {
+            let bindings = terrain::Bindings { frame: &frame, height: &one, patches: &patches };
+            let push = terrain::Push { scale: [1.0; 2], offset: [0.0; 2] };
+            draws.draw(&pipeline, Draw { vertices: 0, instances: 1 }, push, bindings);
+        });
+        rec.submit().map(|submission| submission.wait().unwrap())
+    };
+    draw(&[&one]).unwrap();
+    let format = draw(&[&four]).unwrap_err().to_string();
+    assert!(format.contains("raster/terrain draws into"), "{format}");
+    let size = draw(&[&one, &small]).unwrap_err().to_string();
+    assert!(size.contains("images of two sizes"), "{size}");
 }
 
 #[test]
