@@ -11,11 +11,11 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::Command;
-use std::slice;
 use std::sync::OnceLock;
 use tempfile::TempDir;
+use terrane::formats::png::Depth;
 use terrane::formats::sidecar::{Range, Sidecar, Values};
-use terrane::formats::{self, Error, Map, Scale, file, read_map, sidecar};
+use terrane::formats::{self, Error, FirstRow, Hints, Map, Scale, Window, file, sidecar};
 
 // Round trips.
 
@@ -41,7 +41,7 @@ fn a_height_map_in_png_comes_back_within_half_a_step() {
     let folder = folder();
     let path = folder.path().join("height.png");
     let (values, range) = (ramp(9 * 6), [-120.0, 730.0]);
-    formats::png::write_16(&path, [9, 6], slice::from_ref(&values), range).unwrap();
+    write_png(&path, [9, 6], &values, range).unwrap();
     sidecar::write(&path, &beside(range)).unwrap();
 
     // An independent reader sees the integers.
@@ -66,7 +66,7 @@ fn a_height_map_in_png_comes_back_within_half_a_step() {
 fn a_png_that_nothing_says_the_heights_of_is_no_height_map() {
     let folder = folder();
     let path = folder.path().join("height.png");
-    formats::png::write_16(&path, [4, 4], &[ramp(16)], [0.0, 1.0]).unwrap();
+    write_png(&path, [4, 4], &ramp(16), [0.0, 1.0]).unwrap();
     let error = read_map(&path).unwrap().into_metres(None).unwrap_err();
     assert!(matches!(error, Error::NoRange { .. }));
     assert!(error.to_string().contains("height.png.json"), "{error}");
@@ -76,7 +76,7 @@ fn a_png_that_nothing_says_the_heights_of_is_no_height_map() {
 fn a_flat_layer_survives_png() {
     let folder = folder();
     let path = folder.path().join("reef.png");
-    formats::png::write_16(&path, [4, 4], &[vec![2.5; 16]], [2.5, 2.5]).unwrap();
+    write_png(&path, [4, 4], &[2.5; 16], [2.5, 2.5]).unwrap();
     let map = read_map(&path).unwrap().into_metres(Some([2.5, 2.5])).unwrap();
     assert_eq!(map.values, [2.5; 16]);
 }
@@ -85,12 +85,20 @@ fn a_flat_layer_survives_png() {
 fn weights_in_png_are_red_green_blue_and_alpha() {
     let folder = folder();
     let path = folder.path().join("splat.png");
-    let channels = [vec![0.0, 1.0], vec![0.25, 0.0], vec![0.5, 0.0], vec![1.0, 2.0]];
-    formats::png::write_16(&path, [2, 1], &channels, [0.0, 1.0]).unwrap();
+    let weights = [0.0, 0.25, 0.5, 1.0, 1.0, 0.0, 0.0, 2.0];
+    let write = |depth, channels| {
+        let window = Window::whole(&weights[..2 * channels], [2, 1], channels);
+        formats::png::write_integers(&path, window, depth, [0.0, 1.0])
+    };
+    write(Depth::Sixteen, 4).unwrap();
     let splat = image::open(&path).unwrap();
     assert_eq!(splat.color(), image::ColorType::Rgba16);
     assert_eq!(*splat.into_rgba16().as_raw(), [0, 16384, 32768, 65535, 65535, 0, 0, 65535]);
-    assert!(formats::png::write_16(&path, [2, 1], &channels[..2], [0.0, 1.0]).is_err());
+    write(Depth::Eight, 4).unwrap();
+    let splat = image::open(&path).unwrap();
+    assert_eq!(splat.color(), image::ColorType::Rgba8);
+    assert_eq!(*splat.into_rgba8().as_raw(), [0, 64, 128, 255, 255, 0, 0, 255]);
+    assert!(write(Depth::Sixteen, 2).is_err());
 }
 
 #[test]
@@ -170,13 +178,14 @@ fn a_sidecar_is_plain_json() {
     assert_eq!(
         json,
         serde_json::json!({
-            "min": -3.5, "max": 811.25, "unit": "m", "extent": 8000.0, "cell_size": 15.625, "sea_level": 0.5,
+            "min": -3.5, "max": 811.25, "unit": "m", "samples": [9, 6], "first_row": "north", "extent": 8000.0, "cell_size": 15.625, "sea_level": 0.5,
             "seed": 7, "world": "volcano.toml", "world_sha256": "00ff",
             "set": ["terrain.cells=64"]
         })
     );
-    assert_eq!(sidecar::read_range(&path).unwrap(), Some([-3.5, 811.25]));
-    assert_eq!(sidecar::read_range(&folder.path().join("other.exr")).unwrap(), None);
+    let notes = sidecar::read(&path).unwrap();
+    assert_eq!((notes.range, notes.samples), (Some([-3.5, 811.25]), Some([9, 6])));
+    assert_eq!(sidecar::read(&folder.path().join("other.exr")).unwrap(), sidecar::Notes::default());
 }
 
 #[test]
@@ -283,7 +292,7 @@ fn colour_pictures_and_holes_are_no_maps() {
     assert!(error.contains("a, b") && error.contains("height"), "{error}");
 
     let worded = folder.path().join("height.png");
-    formats::png::write_16(&worded, [1, 1], &[vec![0.0]], [0.0, 1.0]).unwrap();
+    write_png(&worded, [1, 1], &[0.0], [0.0, 1.0]).unwrap();
     fs::write(sidecar::path(&worded), "{\"min\": \"low\"}").unwrap();
     assert!(matches!(read_map(&worded).unwrap_err(), Error::Corrupt { format: "sidecar", .. }));
 }
@@ -371,7 +380,7 @@ proptest! {
         let folder = folder();
         let path = folder.path().join("map.png");
         fs::write(sidecar::path(&path), text).unwrap();
-        if let Ok(Some([min, max])) = sidecar::read_range(&path) {
+        if let Ok(sidecar::Notes { range: Some([min, max]), .. }) = sidecar::read(&path) {
             prop_assert!(min.is_finite() && max.is_finite());
         }
     }
@@ -391,6 +400,10 @@ fn ramp(count: usize) -> Vec<f32> {
 fn beside([min, max]: [f32; 2]) -> Sidecar {
     Sidecar {
         values: Values::One(Range { min, max, unit: "m".into() }),
+        samples: [9, 6],
+        first_row: FirstRow::North,
+        byte_order: None,
+        tile: None,
         extent: 8000.0,
         cell_size: 15.625,
         sea_level: 0.5,
@@ -398,13 +411,14 @@ fn beside([min, max]: [f32; 2]) -> Sidecar {
         world: "volcano.toml".into(),
         world_sha256: "00ff".into(),
         set: vec!["terrain.cells=64".into()],
+        engine: None,
     }
 }
 
 /// Sound files: the ones that are then damaged.
 fn samples(folder: &Path) -> Vec<(&'static str, Vec<u8>)> {
     let (path, values) = (folder.join("sound"), ramp(24 * 20));
-    formats::png::write_16(&path, [24, 20], slice::from_ref(&values), [-120.0, 730.0]).unwrap();
+    write_png(&path, [24, 20], &values, [-120.0, 730.0]).unwrap();
     let mut samples = vec![("map.png", fs::read(&path).unwrap())];
     for (compression, blocks) in [
         (Compression::ZIP16, Blocks::ScanLines),
@@ -425,6 +439,14 @@ fn write_exr(path: &Path, size: [usize; 2], compression: Compression, blocks: Bl
     let channels = AnyChannels::sort([channel].into_iter().collect());
     let layer = Layer::new((size[0], size[1]), LayerAttributes::named("layer"), encoding, channels);
     Image::from_layer(layer).write().to_file(path).unwrap();
+}
+
+fn write_png(path: &Path, size: [u32; 2], values: &[f32], range: [f32; 2]) -> Result<file::Written, Error> {
+    formats::png::write_integers(path, Window::whole(values, size, 1), Depth::Sixteen, range)
+}
+
+fn read_map(path: &Path) -> Result<Map, Error> {
+    formats::read_map(path, Hints::default())
 }
 
 fn read_bytes(folder: &Path, name: &str, bytes: &[u8]) -> Result<Map, Error> {

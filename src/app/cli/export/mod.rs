@@ -2,20 +2,28 @@
 
 mod files;
 mod layers;
+mod preset;
+mod request;
+mod tiles;
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
-use super::output::{Place, check_extension};
 use crate::app::memory::check_device;
 use crate::app::{Error, Session, interrupt, land};
 use crate::core::memory::total;
-use crate::formats;
+use crate::formats::raw::ByteOrder;
 use crate::raster;
 use crate::world::World;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use files::Land;
 use layers::{Layer, Source};
+use preset::Preset;
+use request::{Content, Request};
 use std::path::PathBuf;
+use tiles::Tiles;
+
+/// Most samples along a side of what is written: four by four of Unity's largest tiles.
+const MAX_CELLS: u32 = (1 << 14) + 1;
 
 /// Write layers of the finished land: height, water, slope, …
 #[derive(Args)]
@@ -31,13 +39,35 @@ pub struct Arguments {
     #[arg(value_parser = choice())]
     layers: Vec<Choice>,
 
-    /// File to write, .exr (any number of layers) or .png (one layer), or a folder for one file a layer [default: ./<world>/]
+    /// File to write, or a folder for one file a layer [default: ./<world>/]
+    ///
+    /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one.
     #[arg(short, value_name = "OUT")]
     out: Option<PathBuf>,
 
-    /// Kind of the files in a folder: floats, or 16-bit integers from the least to the greatest value [default: exr]
+    /// Kind of the files in a folder [default: exr]
     #[arg(long)]
     format: Option<Format>,
+
+    /// Sizes, formats and order of rows as an engine imports them
+    #[arg(long)]
+    preset: Option<Preset>,
+
+    /// Resample to so many samples along each side [default: as many as the world has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=i64::from(MAX_CELLS)))]
+    cells: Option<u32>,
+
+    /// Cut the land into tiles, so many across and down, that share the samples of their edges
+    #[arg(long, value_name = "NxM", value_parser = tiles::tiles)]
+    tiles: Option<Tiles>,
+
+    /// Byte order of RAW files [default: little]
+    #[arg(long, value_name = "ORDER", value_parser = byte_order())]
+    byte_order: Option<ByteOrder>,
+
+    /// Write the south edge first, in PNG and RAW files
+    #[arg(long)]
+    flip: bool,
 
     #[command(flatten)]
     device: DeviceOptions,
@@ -47,8 +77,14 @@ pub struct Arguments {
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
+    /// 32-bit floats, channels by name
     Exr,
+    /// 16-bit integers from the least to the greatest value
     Png16,
+    /// The same integers without a header
+    R16,
+    /// GeoTIFF: 32-bit floats with their place in metres
+    Tif,
 }
 
 /// What `--layer` takes.
@@ -58,116 +94,39 @@ enum Choice {
     One(Layer),
 }
 
-/// A file that is asked for.
-struct Output {
-    path: PathBuf,
-    content: Content,
-}
-
-/// What a file holds.
-enum Content {
-    Layers(Vec<Layer>),
-}
-
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
-    let format = file_format(arguments)?;
     let world = land::load(&arguments.world, session)?;
-    let layers = choose(&arguments.layers, &world)?;
-    let default = PathBuf::from(format!("./{}/", world.name));
-    let place = Place::of(arguments.out.as_ref().unwrap_or(&default));
-    let outputs = outputs(&place, format, &layers)?;
+    let request = Request::new(arguments, &world)?;
+    for note in &request.notes {
+        session.progress.say(note);
+    }
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
-    check_device("the land", bytes_needed(&world, &layers), "terrain.cells", gpu.memory().limit)?;
+    check_device("the land", bytes_needed(&world, &request), "terrain.cells", gpu.memory().limit)?;
     let simulation = land::simulate(&gpu, &world, session)?;
-    let land = Land::new(&arguments.world, &world, &simulation);
-    let mut source = Source::new(&gpu, &world, &simulation);
-    for Output { path, content } in outputs {
+    let Request { cells, tiles, preset, .. } = request;
+    let land = Land::new(&arguments.world, &world, &simulation, cells, tiles, preset);
+    let mut source = Source::new(&gpu, &world, &simulation, cells);
+    for content in &request.contents {
         interrupt::check(&session.report)?;
         match content {
-            Content::Layers(layers) => {
+            Content::Layers(file) => {
                 let rasters =
-                    layers.into_iter().map(|layer| source.raster(layer)).collect::<Result<Vec<_>, _>>()?;
-                place.make()?;
-                files::write(&path, format, rasters, &land, session)?;
+                    file.layers.iter().map(|&layer| source.raster(layer)).collect::<Result<Vec<_>, _>>()?;
+                request.place.make()?;
+                files::write(file, &rasters, &land, session)?;
             }
         }
     }
     Ok(())
 }
 
-/// The format that the name of the output or `--format` asks for.
-fn file_format(arguments: &Arguments) -> Result<Format, Error> {
-    let Some(Place::File(path)) = arguments.out.as_deref().map(Place::of) else {
-        return Ok(arguments.format.unwrap_or(Format::Exr));
-    };
-    check_extension(&path, &["exr", "png"])?;
-    let format = if formats::extension(&path) == "png" { Format::Png16 } else { Format::Exr };
-    match arguments.format {
-        Some(other) if other != format => Err(Error::Usage(format!(
-            "-o {} and --format contradict each other; leave --format out, or name a folder",
-            path.display()
-        ))),
-        _ => Ok(format),
-    }
-}
-
 /// Device memory: the simulation stays to the end, and what the renderer draws of it is beside it.
-fn bytes_needed(world: &World, layers: &[Layer]) -> u64 {
-    let drawn = layers.iter().any(|layer| !layer.is_simulated());
+fn bytes_needed(world: &World, request: &Request) -> u64 {
+    let drawn = request.layers().any(|layer| !layer.is_simulated());
     let maps = if drawn { total(&raster::memory::maps(world.plan.grid)) } else { 0 };
     total(&world.plan.memory()) + maps
-}
-
-/// The layers that were asked for, once each.
-fn choose(choices: &[Choice], world: &World) -> Result<Vec<Layer>, Error> {
-    let present: Vec<Layer> = Layer::ALL.into_iter().filter(|layer| layer.exists_in(&world.plan)).collect();
-    let mut layers = Vec::new();
-    for &choice in choices {
-        match choice {
-            Choice::All => layers.extend(&present),
-            Choice::One(layer) if present.contains(&layer) => layers.push(layer),
-            Choice::One(layer) => {
-                let names: Vec<&str> = present.iter().map(|layer| layer.name()).collect();
-                return Err(Error::Missing(format!(
-                    "{} has no layer `{}`, since no process in it makes one; it has {}",
-                    world.name,
-                    layer.name(),
-                    names.join(", ")
-                )));
-            }
-        }
-    }
-    Ok(Layer::ALL.into_iter().filter(|layer| layers.contains(layer)).collect())
-}
-
-/// The files to write, each with its layers. All of them can be written.
-fn outputs(place: &Place, format: Format, layers: &[Layer]) -> Result<Vec<Output>, Error> {
-    let extension = match format {
-        Format::Exr => "exr",
-        Format::Png16 => "png",
-    };
-    let names: Vec<String> = layers.iter().map(|layer| format!("{}.{extension}", layer.name())).collect();
-    match place {
-        Place::File(path) if format == Format::Png16 && layers.len() > 1 => Err(Error::Usage(format!(
-            "{} can hold one layer and {} were asked for; name an .exr file or a folder",
-            path.display(),
-            layers.len()
-        ))),
-        Place::File(path) => {
-            place.prepare([""])?;
-            Ok(vec![Output { path: path.clone(), content: Content::Layers(layers.to_vec()) }])
-        }
-        Place::Folder(_) => {
-            place.prepare(names.iter().map(String::as_str))?;
-            let output = |(name, &layer): (&String, _)| Output {
-                path: place.file(name),
-                content: Content::Layers(vec![layer]),
-            };
-            Ok(names.iter().zip(layers).map(output).collect())
-        }
-    }
 }
 
 /// Reads the name of a layer, or `all`.
@@ -175,5 +134,12 @@ fn choice() -> impl TypedValueParser<Value = Choice> {
     let names = Layer::ALL.map(Layer::name).into_iter().chain(["all"]);
     PossibleValuesParser::new(names).map(|name| {
         Layer::ALL.into_iter().find(|layer| layer.name() == name).map_or(Choice::All, Choice::One)
+    })
+}
+
+fn byte_order() -> impl TypedValueParser<Value = ByteOrder> {
+    PossibleValuesParser::new(["little", "big"]).map(|name| match name.as_str() {
+        "big" => ByteOrder::Big,
+        _ => ByteOrder::Little,
     })
 }
