@@ -121,13 +121,14 @@ pub struct Hints {
 /// When the file can't be read, is damaged, too large, or holds something other than one channel of finite numbers.
 pub fn read_map(path: &Path, hints: Hints) -> Result<Map, Error> {
     let notes = sidecar::read(path)?;
-    let ((width, height, mut values), scale) = match extension(path).as_str() {
-        "png" => (png::read_grey(path)?, Scale::Share),
-        "exr" => (exr::read_channel(path)?, Scale::Absolute),
+    let of_scale = |(width, height, values), scale| (width, height, values, scale);
+    let (width, height, mut values, scale) = match extension(path).as_str() {
+        "png" => of_scale(png::read_grey(path)?, Scale::Share),
+        "exr" => of_scale(exr::read_channel(path)?, Scale::Absolute),
         "tif" | "tiff" => tiff::read(path)?,
         "raw" | "r16" => {
             let order = hints.byte_order.or(notes.byte_order).unwrap_or_default();
-            (raw::read(path, notes.samples, order)?, Scale::Share)
+            of_scale(raw::read(path, notes.samples, order)?, Scale::Share)
         }
         _ => {
             let reason = "its name must end in .png, .exr, .tif, .tiff, .raw or .r16".to_string();

@@ -41,12 +41,12 @@ pub fn write(path: &Path, window: Window, place: Georeference) -> Result<Written
     })
 }
 
-/// Reads a grey TIFF of any number format as (width, height, values). Unsigned integers are shares of the largest one,
+/// Reads a grey TIFF of any number format as (width, height, values, what they are). Unsigned integers are shares of the largest one,
 /// except where the file is a map of places and has more than 8 bits: then they are metres, as all other numbers are.
 ///
 /// # Errors
 /// When the file can't be read, is damaged, too large, has several bands, or misses data.
-pub fn read(path: &Path) -> Result<((u32, u32, Vec<f32>), Scale), Error> {
+pub fn read(path: &Path) -> Result<(u32, u32, Vec<f32>, Scale), Error> {
     /// What directories and strips may take besides the values.
     const MOST_DECODED: usize = 256 << 20;
     /// Tiles are 128 to 1024 samples wide in practice.
@@ -111,7 +111,7 @@ pub fn read(path: &Path) -> Result<((u32, u32, Vec<f32>), Scale), Error> {
              with gdal_fillnodata"
         )));
     }
-    Ok(((width, height, values), kind.scale))
+    Ok((width, height, values, kind.scale))
 }
 
 fn encode<K: TiffKind>(writer: impl Write + Seek, window: Window, place: Georeference) -> TiffResult<()> {
