@@ -131,6 +131,21 @@ fn exrs() {
         forged[count] = b'C';
         forged
     };
+    // A single tile is left, behind a table of one offset: what was the table's second entry and third are taken for its
+    // coordinates, and its length comes next.
+    let huge_tile = {
+        let sides = [(1_u32 << 15).to_le_bytes(), (1_u32 << 14).to_le_bytes()].concat();
+        let mut forged = forge(&tiled, value(&tiled, "tiles\0tiledesc\0"), &sides);
+        let first = forged.windows(8).position(|word| {
+            let offset = u64::from_le_bytes(word.try_into().unwrap());
+            offset > 100 && offset < tiled.len() as u64 && tiled[offset as usize..].starts_with(&[0; 16])
+        });
+        let length = first.unwrap() + 24;
+        forged[length..length + 4].copy_from_slice(&i32::MAX.to_le_bytes());
+        let count = forged.windows(10).position(|part| part == b"chunkCount").unwrap();
+        forged[count] = b'C';
+        forged
+    };
     let window = value(&plain, "dataWindow\0box2i\0");
     let data = zip.len() - 200;
     maps(
@@ -152,6 +167,7 @@ fn exrs() {
                 forge(&tiled, value(&tiled, "tiles\0tiledesc\0"), &(1_u32 << 31).to_le_bytes()),
                 7,
             ),
+            ("one huge tile", huge_tile, 7),
             ("no tiles", forge(&tiled, value(&tiled, "tiles\0tiledesc\0"), &0_u32.to_le_bytes()), 7),
             ("a window inside out", forge(&plain, window, &1000_i32.to_le_bytes()), 7),
             ("a window at the end of the world", forge(&plain, window, &i32::MIN.to_le_bytes()), 7),

@@ -5,9 +5,9 @@ use rayon::prelude::*;
 /// Resamples a raster of `from` = [width, height] samples with so many values each to the size `to`. Samples are vertices:
 /// corners stay in the corners, and the first and last row and column stay on the edges and depend on nothing else.
 ///
-/// Both ways by the cubic of Keys 1981 (eq. 4, Catmull–Rom), which passes through the samples and reproduces
-/// quadratics; towards fewer samples it is as wide as their distance, so that what they can't show is averaged. It
-/// overshoots at steps: limit the values to what they may be.
+/// Both ways by the cubic of Keys 1981 (eq. 4, Catmull–Rom), which passes through the samples and reproduces quadratics;
+/// towards fewer samples it widens with their distance, so that what they can't show is averaged. It overshoots at
+/// steps: limit the values to what they may be.
 pub fn resample(values: &[f32], from: [u32; 2], to: [u32; 2], channels: usize) -> Vec<f32> {
     let [width, height] = from.map(|side| side as usize);
     let [to_width, to_height] = to.map(|side| side as usize);
