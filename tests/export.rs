@@ -193,7 +193,7 @@ fn unity_gets_its_size_its_byte_order_and_its_rows() {
     assert_eq!((&size[0], &size[2]), (&2000.0.into(), &2000.0.into()));
     let range = sidecar["max"].as_f64().unwrap() - sidecar["min"].as_f64().unwrap();
     assert!((size[1].as_f64().unwrap() - range).abs() < 1e-3);
-    assert!(stderr(&output).contains("terrain size 2000 × "), "{}", stderr(&output));
+    assert!(stderr(&output).contains("terrain size 2000, "), "{}", stderr(&output));
 
     export(&folder, &["--preset", "unity", "--tiles", "2x2", "-o", "tiles/", "--cells", "65"]);
     // Counted from the south-west.

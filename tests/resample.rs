@@ -72,7 +72,7 @@ fn edges_depend_on_nothing_else_and_corners_stay() {
 /// What fewer samples can't show is averaged, not sampled here and there.
 #[test]
 fn noise_finer_than_the_samples_vanishes() {
-    let stripes = sampled([513, 513], |x, _| if (512.0 * x).round() as u32 % 2 == 0 { 1.0 } else { -1.0 });
+    let stripes = sampled([513, 513], |x, _| (512.0 * x * std::f64::consts::PI).cos());
     let small = resample(&stripes, [513, 513], [33, 33], 1);
     // What lies within two samples of an edge is drawn towards it.
     let inside = small.iter().enumerate().filter(|(index, _)| (2..31).contains(&(index % 33)));

@@ -136,12 +136,19 @@ impl Preset {
 
 /// What to type into the import dialog.
 pub fn advice(engine: &Engine) -> String {
-    match engine {
-        Engine::Unreal { scale: [x, y, z], location: [east, south, up] } => {
-            format!("Unreal: import with scale {x} × {y} × {z}, and location {east}, {south}, {up}")
+    match *engine {
+        Engine::Unreal { scale, location } => {
+            format!("Unreal: import with scale {} and location {}", triple(scale), triple(location))
         }
-        Engine::Unity { terrain_size: [x, y, z], position: [east, up, north] } => format!(
-            "Unity: Import Raw with depth 16 bit, byte order Windows, no flip, and terrain size {x} × {y} × {z}; position {east}, {up}, {north}"
+        Engine::Unity { terrain_size, position } => format!(
+            "Unity: Import Raw with depth 16 bit, byte order Windows, no flip, and terrain size {}; position {}",
+            triple(terrain_size),
+            triple(position)
         ),
     }
+}
+
+/// Three numbers, to the thousandth.
+fn triple(numbers: [f32; 3]) -> String {
+    numbers.map(|number| ((f64::from(number) * 1000.0).round() / 1000.0).to_string()).join(", ")
 }
