@@ -15,7 +15,8 @@ use reference::{
 };
 use std::{sync::Arc, time::Duration};
 use terrane::{
-    gpu::{Gpu, Recorder},
+    gpu::{Compute, Gpu, Recorder},
+    shaders::terrain::{hydraulic_erode, hydraulic_flow, thermal as thermal_kernel},
     terrain::{
         Boundary, Controls, Fields, Layer, Map, Plan, Process, Simulation, Stage,
         hydraulic::{self, Hydraulic, Pipes, Section, Transport},
@@ -250,7 +251,10 @@ fn models() -> Vec<(&'static str, Plan)> {
         ("four pipes", base(hydraulic::Params { pipes: Pipes::Four, ..rains })),
         ("fixed section with drag", base(hydraulic::Params { section: Section::Fixed, ..rains })),
         ("no drag", base(hydraulic::Params { drag: 0.0, evaporation: 0.002, ..rains })),
-        ("a grid that blocks don't divide", Plan { hydraulic: Some(rains), ..world(67, 660.0, hill(67, 60.0)) }),
+        (
+            "a grid that blocks don't divide",
+            Plan { hydraulic: Some(rains), ..world(67, 660.0, hill(67, 60.0)) },
+        ),
         ("many sweeps", base(hydraulic::Params { sediment_diffusivity: 60.0, ..rains })),
         (
             "paper",
@@ -356,6 +360,131 @@ fn a_hydraulic_run_agrees_with_the_reference() {
         let mut wrong = erosion;
         wrong.params.gravity *= 1.02;
         assert!(!close(&errors(&run(&wrong))), "{name}: too much is accepted");
+    }
+}
+
+/// A GPU works on blocks of one row, a CPU device on higher ones: the same bits come out of both.
+#[test]
+fn blocks_of_any_height_make_the_same_bits() {
+    let gpu = kit::gpu();
+    // No block of several rows divides 67.
+    let plan = Plan { hydraulic: Some(valleys(60.0)), ..world(67, 660.0, hill(67, 60.0)) };
+    let erosion = erosion(&plan);
+    let (mut state, mut flow, mut next) = (erosion.start(), Flow::default(), Vec::new());
+    for _ in 0..20 {
+        erosion.iterate(&mut state, &mut flow, &mut next);
+    }
+    let h0: Vec<f32> = erosion.h0.iter().map(|h| *h as f32).collect();
+    let run = |rows: i32| {
+        let fields = Fields::new(&gpu, &plan).unwrap();
+        upload(&gpu, &fields, Transport::Flux, &h0, &state);
+        let invocations = [67, 67_u32.div_ceil(rows.cast_unsigned())];
+        record(&gpu, |rec| {
+            let pass = Compute::<hydraulic_flow::Shader>::new(
+                &gpu,
+                hydraulic_flow::Constants { rows, ..Default::default() },
+            )
+            .unwrap();
+            let push = hydraulic_flow::Push {
+                cell_size: 10.0,
+                time_step: 0.7,
+                sea_level: 3.0,
+                rain: 1e-4,
+                gravity: 9.81,
+                pipe_depth: 4.0,
+                drag: 0.1,
+            };
+            let bindings = hydraulic_flow::Bindings {
+                height: fields.height.src(),
+                water: fields.water.src(),
+                sediment_in: fields.sediment.src(),
+                sediment_out: fields.sediment.dst(),
+                axis_in: fields.axis.src(),
+                axis_out: fields.axis.dst(),
+                diagonal_in: fields.diagonal.src(),
+                diagonal_out: fields.diagonal.dst(),
+                slope: &fields.slope,
+                controls: &fields.controls,
+            };
+            rec.dispatch(&pass, invocations, push, bindings);
+            let pass = Compute::<hydraulic_erode::Shader>::new(
+                &gpu,
+                hydraulic_erode::Constants { rows, ..Default::default() },
+            )
+            .unwrap();
+            let push = hydraulic_erode::Push {
+                cell_size: 10.0,
+                time_step: 0.7,
+                sea_level: 3.0,
+                rain: 1e-4,
+                sediment_mixing: 0.1,
+                creep_mixing: 0.01,
+                bank_mixing: 0.1,
+                max_speed: 14.0,
+                capacity: 200.0,
+                min_slope: 0.01,
+                ramp_start: 0.01,
+                ramp: 2.0,
+                sea_fade: 0.3,
+                erosion: 0.01,
+                deposition: 0.02,
+                max_change: 1.0,
+                evaporation: 0.001,
+                wet_depth: 0.05,
+                wet_memory: 600.0,
+            };
+            let bindings = hydraulic_erode::Bindings {
+                height_in: fields.height.src(),
+                height_out: fields.height.dst(),
+                start: &fields.start,
+                change: &fields.change,
+                water_in: fields.water.src(),
+                water_out: fields.water.dst(),
+                sediment_in: fields.sediment.dst(),
+                sediment_out: fields.sediment.src(),
+                axis: fields.axis.dst(),
+                diagonal: fields.diagonal.dst(),
+                slope: &fields.slope,
+                controls: &fields.controls,
+            };
+            rec.dispatch(&pass, invocations, push, bindings);
+            let pass = Compute::<thermal_kernel::Shader>::new(
+                &gpu,
+                thermal_kernel::Constants { rows, ..Default::default() },
+            )
+            .unwrap();
+            let push = thermal_kernel::Push {
+                half_rate: 0.1,
+                rise_on_land: 1.0,
+                rise_under_water: 0.5,
+                sea_level: 3.0,
+                top: 1e29,
+            };
+            let bindings = thermal_kernel::Bindings {
+                height_in: fields.height.dst(),
+                height_out: fields.height.src(),
+                change: &fields.change,
+                start: &fields.start,
+                controls: &fields.controls,
+            };
+            rec.dispatch(&pass, invocations, push, bindings);
+        });
+        let bits = |values: Vec<f32>| -> Vec<u32> { values.into_iter().map(f32::to_bits).collect() };
+        let four = |values: Vec<[f32; 4]>| bits(values.into_flattened());
+        [
+            four(texels(&gpu, fields.axis.dst())),
+            four(texels(&gpu, fields.diagonal.dst())),
+            four(texels(&gpu, fields.water.dst())),
+            bits(texels(&gpu, &fields.slope)),
+            bits(texels(&gpu, fields.sediment.src())),
+            bits(texels(&gpu, fields.height.src())),
+            bits(texels(&gpu, &fields.change)),
+        ]
+    };
+    let single = run(1);
+    assert!(single.iter().all(|field| field.iter().any(|bits| *bits != field[0])), "a field is uniform");
+    for rows in [2, 4, 8] {
+        assert!(run(rows) == single, "{rows} rows");
     }
 }
 
