@@ -2,9 +2,10 @@
 //!
 //! Greedy insertion (Garland & Heckbert 1995, "Fast polygonal approximation of terrains and height fields", algorithm
 //! III): begin with two triangles and insert the sample that lies farthest from them, until none lies too far. The
-//! triangles are Delaunay's, so there are no slivers where the land asks for none. Beside right-triangulated networks and
-//! restricted quadtrees (Lindstrom et al. 1996) it takes a half to a third of the triangles, takes grids of any size,
-//! and its bound is what it stops at, not an estimate; it is slower, by some microseconds a vertex.
+//! triangles are Delaunay's, so there are no slivers where the land asks for none. Right-triangulated networks and
+//! restricted quadtrees (Lindstrom et al. 1996) are faster, but their corners lie where halving puts them rather than where
+//! the land bends, which takes more of them, and the grid must have 2ⁿ + 1 samples a side. Here any grid will do, and the
+//! bound is what insertion stops at rather than an estimate.
 //!
 //! Samples on the rim are chosen first and by the rim alone (Douglas & Peucker 1973), so that lands that share the samples
 //! of an edge share the vertices on it.
@@ -29,7 +30,7 @@ pub struct Triangulation {
 
 impl Triangulation {
     /// Every sample of a height field of `size` = [width, height], row by row, and two triangles a cell: cut along the
-    /// diagonal whose ends differ less in height, which keeps ridges and valleys whole.
+    /// diagonal whose ends differ less in height, which runs along ridges and valleys rather than across.
     pub fn full(heights: &[f32], size: [u32; 2]) -> Self {
         let [width, height] = size;
         let vertices = (0..height).flat_map(|row| (0..width).map(move |column| [column as u16, row as u16]));
