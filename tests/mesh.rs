@@ -149,13 +149,15 @@ fn two_runs_make_the_same_mesh_however_they_are_cut() {
     let (_, heights, size) = lands().remove(0);
     let whole = Triangulation::within(&heights, size, 3.0);
     let mut refinement = terrane::core::triangulation::Refinement::new(&heights, size, 3.0);
-    let mut shares = Vec::new();
+    let mut vertices = Vec::new();
     while !refinement.finished() {
         refinement.insert(17);
-        shares.push(refinement.share());
+        vertices.push(refinement.vertices());
+        assert!(refinement.vertices() <= refinement.expected());
     }
+    assert_eq!(refinement.expected(), whole.vertices.len() as u64);
     assert_eq!(refinement.into_triangulation(), whole);
-    assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)) && shares.last() == Some(&1.0));
+    assert!(vertices.is_sorted_by(|before, after| before < after));
 }
 
 proptest! {

@@ -143,9 +143,15 @@ impl<'a> Refinement<'a> {
         self.next().is_none()
     }
 
-    /// How far it has come, 0…1, about: as many vertices are needed as the error is small.
-    pub fn share(&mut self) -> f64 {
-        self.next().map_or(1.0, |next| self.error / f64::from(f32::from_bits(next.error)))
+    /// How many vertices there are.
+    pub fn vertices(&self) -> u64 {
+        self.vertices.len() as u64
+    }
+
+    /// How many there will be, about: the error falls as their number grows.
+    pub fn expected(&mut self) -> u64 {
+        let ratio = self.next().map_or(1.0, |next| f64::from(f32::from_bits(next.error)) / self.error);
+        ((self.vertices() as f64 * ratio) as u64).min(u64::from(self.size[0]) * u64::from(self.size[1]))
     }
 
     /// Bytes of memory in use.

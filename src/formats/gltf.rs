@@ -19,7 +19,7 @@ pub fn write(path: &Path, name: &str, mesh: &Mesh, color: [f32; 3]) -> Result<Wr
     json.extend(std::iter::repeat_n(' ', json.len().next_multiple_of(4) - json.len()));
     let lengths = (u32::try_from(layout.bytes), u32::try_from(file_bytes(json.len(), &layout)));
     let (Ok(binary_length), Ok(length)) = lengths else {
-        return Err(Error::Target { path: path.into(), reason: TOO_LARGE });
+        return Err(too_large(path));
     };
     file::write(path, |writer| {
         // Header and chunks (§4.4.2, §4.4.3); all numbers are little-endian.
@@ -50,8 +50,12 @@ pub fn fits(vertices: u64, triangles: u64) -> bool {
     u32::try_from(file_bytes(JSON, &Layout::of(vertices, triangles))).is_ok()
 }
 
-const TOO_LARGE: &str = "a .glb file holds at most 4 GiB and this mesh takes more; make the mesh coarser, cut it into \
-                         tiles, or write a .ply file";
+/// Why a mesh that doesn't fit is not written.
+pub fn too_large(path: &Path) -> Error {
+    let reason = "a .glb file holds at most 4 GiB and this mesh takes more; make it coarser, cut the land into tiles, or \
+                  write a .ply file";
+    Error::Target { path: path.into(), reason }
+}
 
 /// Where the parts of the binary chunk lie, in bytes.
 struct Layout {
@@ -110,9 +114,7 @@ fn document(name: &str, mesh: &Mesh, [red, green, blue]: [f32; 3], layout: &Layo
         Index::U16 => 5123,
         Index::U32 => 5125,
     };
-    let view = |from: u64, to: u64, target: u32| {
-        json!({ "buffer": 0, "byteOffset": from, "byteLength": to - from, "target": target })
-    };
+    let view = |from: u64, to: u64, target: u32| json!({ "buffer": 0, "byteOffset": from, "byteLength": to - from, "target": target });
     json!({
         "asset": { "version": "2.0", "generator": concat!("terrane ", env!("CARGO_PKG_VERSION")) },
         "scene": 0,

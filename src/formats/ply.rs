@@ -14,7 +14,8 @@ use std::path::Path;
 pub fn write(path: &Path, mesh: &Mesh) -> Result<Written, Error> {
     let Mesh { positions, normals, uvs, triangles } = mesh;
     if i32::try_from(positions.len()).is_err() {
-        let reason = "a .ply file numbers at most 2147483647 vertices; make the mesh coarser, or cut it into tiles";
+        let reason =
+            "a .ply file numbers at most 2147483647 vertices; make the mesh coarser, or cut it into tiles";
         return Err(Error::Target { path: path.into(), reason });
     }
     file::write(path, |writer| {

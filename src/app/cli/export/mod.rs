@@ -2,6 +2,7 @@
 
 mod files;
 mod layers;
+mod mesh;
 mod preset;
 mod request;
 mod tiles;
@@ -12,6 +13,7 @@ use crate::app::{Error, Session, interrupt, land};
 use crate::core::memory::total;
 use crate::formats::raw::ByteOrder;
 use crate::raster;
+use crate::terrain::Layer as Simulated;
 use crate::world::World;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
@@ -31,17 +33,18 @@ pub struct Arguments {
     #[command(flatten)]
     world: WorldOptions,
 
-    /// Layers to write, or `all` that the world has
+    /// Layers to write, `all` that the world has, or `mesh` [default: height, or mesh where OUT is one]
     ///
     /// height, water, sediment, wear, deposit and reef in m, flow in m³/s, slope in degrees, normal = world (x, −z, y)·½ + ½,
-    /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1.
-    #[arg(long = "layer", value_name = "NAME", num_args = 1.., value_delimiter = ',', default_value = "height")]
+    /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1. The mesh is the height as triangles.
+    #[arg(long = "layer", value_name = "NAME", num_args = 1.., value_delimiter = ',')]
     #[arg(value_parser = choice())]
     layers: Vec<Choice>,
 
     /// File to write, or a folder for one file a layer [default: ./<world>/]
     ///
-    /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one.
+    /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one; .glb, .ply or .obj for the mesh, which is
+    /// terrain.glb in a folder.
     #[arg(short, value_name = "OUT")]
     out: Option<PathBuf>,
 
@@ -64,6 +67,10 @@ pub struct Arguments {
     /// Byte order of RAW files [default: little]
     #[arg(long, value_name = "ORDER", value_parser = byte_order())]
     byte_order: Option<ByteOrder>,
+
+    /// The farthest that a sample may lie above or below the mesh, m; 0 keeps all [default: a tenth of their distance]
+    #[arg(long, value_name = "M", value_parser = largest_error)]
+    mesh_error: Option<f32>,
 
     /// Write the south edge first, in PNG and RAW files
     #[arg(long)]
@@ -88,9 +95,10 @@ enum Format {
 }
 
 /// What `--layer` takes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Choice {
     All,
+    Mesh,
     One(Layer),
 }
 
@@ -117,6 +125,11 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
                 request.place.make()?;
                 files::write(file, &rasters, &land, session)?;
             }
+            Content::Mesh(file) => {
+                let height = source.raster(Layer::Simulated(Simulated::Height))?;
+                request.place.make()?;
+                mesh::write(file, &height, &land, session)?;
+            }
         }
     }
     Ok(())
@@ -129,12 +142,24 @@ fn bytes_needed(world: &World, request: &Request) -> u64 {
     total(&world.plan.memory()) + maps
 }
 
-/// Reads the name of a layer, or `all`.
+/// Reads the name of a layer, `all` or `mesh`.
 fn choice() -> impl TypedValueParser<Value = Choice> {
-    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all"]);
+    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh"]);
     PossibleValuesParser::new(names).map(|name| {
-        Layer::ALL.into_iter().find(|layer| layer.name() == name).map_or(Choice::All, Choice::One)
+        match Layer::ALL.into_iter().find(|layer| layer.name() == name) {
+            Some(layer) => Choice::One(layer),
+            None if name == "mesh" => Choice::Mesh,
+            None => Choice::All,
+        }
     })
+}
+
+/// Reads a length that is not negative, metres.
+fn largest_error(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(error) if error >= 0.0 && error.is_finite() => Ok(error),
+        _ => Err("it must be a number of metres, 0 or more, for example 0.5".into()),
+    }
 }
 
 fn byte_order() -> impl TypedValueParser<Value = ByteOrder> {
