@@ -4,11 +4,18 @@ mod kit;
 
 use kit::island::island;
 use kit::land::random;
+use ply_rs_bw::ply::Property;
 use proptest::prelude::*;
-use std::collections::HashMap;
+use serde_json::Value;
+use std::collections::{BTreeMap, HashMap};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
 use terrane::core::grid::Grid;
 use terrane::core::mesh::Mesh;
-use terrane::core::triangulation::Triangulation;
+use terrane::core::triangulation::{Refinement, Triangulation};
+use terrane::formats::{gltf, obj, ply};
 
 // The triangulation.
 
@@ -148,7 +155,7 @@ fn tiles_have_the_same_vertices_on_their_common_edges() {
 fn two_runs_make_the_same_mesh_however_they_are_cut() {
     let (_, heights, size) = lands().remove(0);
     let whole = Triangulation::within(&heights, size, 3.0);
-    let mut refinement = terrane::core::triangulation::Refinement::new(&heights, size, 3.0);
+    let mut refinement = Refinement::new(&heights, size, 3.0);
     let mut vertices = Vec::new();
     while !refinement.finished() {
         refinement.insert(17);
@@ -161,7 +168,7 @@ fn two_runs_make_the_same_mesh_however_they_are_cut() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Steps and plateaus: many samples are equally far, on one circle or in one line.
     #[test]
@@ -233,6 +240,175 @@ fn normals_are_those_of_the_land() {
             assert!((f64::from(*got) - want / length).abs() < 2e-5, "{normal:?} at {x}, {z}");
         }
     }
+}
+
+// Files.
+
+#[test]
+fn other_readers_find_the_mesh_in_every_format() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let grid = Grid { cells: 257, extent: 3000.0 };
+    let heights = island(grid).height;
+    // Indices of 16 and of 32 bits, an even and an odd number of them.
+    for (error, bits) in [(0.0, 32), (1.0, 16), (1.1, 16), (40.0, 16)] {
+        let mesh = Mesh::of_land(&heights, grid, [0, 0], Triangulation::within(&heights, [257; 2], error));
+        gltf::write(&at("land.glb"), "land", &mesh, [0.25, 0.5, 0.75]).unwrap();
+        ply::write(&at("land.ply"), &mesh).unwrap();
+        obj::write(&at("land.obj"), "land", &mesh).unwrap();
+        assert_same(&read_glb(&at("land.glb"), bits), &mesh);
+        assert_same(&read_ply(&at("land.ply")), &mesh);
+        assert_same(&read_obj(&at("land.obj")), &mesh);
+    }
+}
+
+#[test]
+fn a_glb_says_what_is_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("land.glb");
+    let grid = Grid { cells: 33, extent: 640.0 };
+    let heights = island(grid).height;
+    let mesh = Mesh::of_land(&heights, grid, [0, 0], Triangulation::full(&heights, [33; 2]));
+    let written = gltf::write(&path, "land", &mesh, [0.25, 0.5, 0.75]).unwrap();
+    let bytes = fs::read(&path).unwrap();
+    assert_eq!(written.bytes, bytes.len() as u64);
+    assert_eq!((&bytes[..4], &bytes[8..12]), (&b"glTF"[..], &(bytes.len() as u32).to_le_bytes()[..]));
+
+    let gltf = ::gltf::Gltf::from_slice(&bytes).unwrap();
+    let scene = gltf.default_scene().unwrap();
+    let nodes: Vec<_> = scene.nodes().collect();
+    assert_eq!((nodes.len(), nodes[0].name()), (1, Some("land")));
+    let primitive = nodes[0].mesh().unwrap().primitives().next().unwrap();
+    let material = primitive.material();
+    assert_eq!(material.pbr_metallic_roughness().base_color_factor(), [0.25, 0.5, 0.75, 1.0]);
+    assert!(!material.double_sided());
+    let bounds = primitive.bounding_box();
+    assert_eq!([bounds.min, bounds.max], mesh.bounds());
+
+    let again = folder.path().join("again.glb");
+    assert_eq!(gltf::write(&again, "land", &mesh, [0.25, 0.5, 0.75]).unwrap().sha256, written.sha256);
+}
+
+#[test]
+fn what_a_glb_cannot_hold_is_known_beforehand() {
+    // 8193 × 8193 samples fit, twice as many don't.
+    assert!(gltf::fits(8193 * 8193, 2 * 8192 * 8192));
+    assert!(!gltf::fits(2 * 8193 * 8193, 4 * 8192 * 8192));
+}
+
+/// A world that takes a second.
+const WORLD: &str = r#"
+format = 1
+seed = 5
+[terrain]
+cells = 65
+extent = 2000
+layers = [{ cone = { height = 500, radius = 900 } }, { simplex = { amplitude = 60, wavelength = 500, octaves = 4 } }]
+[sea]
+level = 60
+[erosion.hydraulic]
+duration = 40
+[reef]
+stages = [{ duration = 200, rise = 2 }]
+"#;
+
+#[test]
+fn an_exported_mesh_is_the_height_that_was_simulated() {
+    let folder = folder();
+    let at = |name: &str| folder.path().join(name);
+    export(&folder, &["-o", "height.exr"]);
+    let heights = read_exr(&at("height.exr"));
+    let [least, most] = terrane::formats::extremes(&heights);
+    for error in ["0", "2"] {
+        for (name, read) in [
+            ("land.glb", read_small_glb as fn(&Path) -> Mesh),
+            ("land.ply", read_ply),
+            ("land.obj", read_obj),
+        ] {
+            export(&folder, &["--layer", "mesh", "-o", name, "--mesh-error", error]);
+            let mesh = read(&at(name));
+            let triangulation = on_grid(&[mesh.clone()], &heights);
+            check_sound(&triangulation).unwrap();
+            let error: f64 = error.parse().unwrap();
+            assert!(largest_error(&heights, &triangulation) <= error + 1e-9);
+
+            let said = sidecar(&at(name));
+            assert_eq!(said["vertices"], mesh.positions.len());
+            assert_eq!(said["triangles"], mesh.triangles.len());
+            assert_eq!(said["largest_error"], error);
+            assert_eq!(said["unit"], "m");
+            assert_eq!([&said["min"], &said["max"]].map(|end| end.as_f64().unwrap() as f32), [least, most]);
+            assert_eq!(said["extent"], 2000.0);
+            assert_eq!(said["samples"], serde_json::json!([65, 65]));
+            let height = sidecar(&at("height.exr"));
+            for key in ["cell_size", "sea_level", "seed", "world", "world_sha256", "set"] {
+                assert_eq!(said[key], height[key], "{key}");
+            }
+        }
+    }
+    let all = fs::read(at("land.obj")).unwrap();
+    export(&folder, &["-o", "again.obj", "--mesh-error", "2"]);
+    assert!(all == fs::read(at("again.obj")).unwrap(), "two runs differ");
+}
+
+#[test]
+fn tiles_of_a_mesh_joined_are_one_mesh() {
+    let folder = folder();
+    export(&folder, &["--cells", "97", "-o", "height.exr"]);
+    let heights = read_exr(&folder.path().join("height.exr"));
+    export(
+        &folder,
+        &["--layer", "mesh", "--cells", "97", "--tiles", "3x2", "--mesh-error", "3", "-o", "tiles/"],
+    );
+    let names =
+        (0..2).flat_map(|row| (0..3).map(move |column| format!("tiles/terrain_x{column}_y{row}.glb")));
+    let tiles: Vec<Mesh> = names.map(|name| read_small_glb(&folder.path().join(name))).collect();
+    // Each has pictures of its own.
+    assert!(tiles.iter().all(|tile| tile.uvs.contains(&[0.0, 0.0]) && tile.uvs.contains(&[1.0, 1.0])));
+    let joined = on_grid(&tiles, &heights);
+    check_sound(&joined).unwrap();
+    assert!(largest_error(&heights, &joined) <= 3.0 + 1e-9);
+    assert!(joined.triangles.len() < 96 * 96);
+    let said = sidecar(&folder.path().join("tiles/terrain_x2_y1.glb"));
+    assert_eq!(said["tile"], serde_json::json!({ "column": 2, "row": 1, "of": [3, 2] }));
+}
+
+#[test]
+fn a_folder_gets_layers_and_mesh_and_the_default_error_is_a_tenth_of_a_cell() {
+    let folder = folder();
+    export(&folder, &["--layer", "height,mesh", "--format", "r16", "-o", "all/"]);
+    let mut names: Vec<_> =
+        fs::read_dir(folder.path().join("all")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["height.r16", "height.r16.json", "terrain.glb", "terrain.glb.json"]);
+    let said = sidecar(&folder.path().join("all/terrain.glb"));
+    assert_eq!(said["largest_error"].as_f64().unwrap() as f32, 2000.0_f32 / 64.0 / 10.0);
+}
+
+#[test]
+fn meshes_that_make_no_sense_are_refused() {
+    let folder = folder();
+    for (arguments, part) in [
+        (&["--layer", "mesh", "-o", "land.exr"][..], ".glb, .ply, .obj"),
+        (&["--layer", "height", "-o", "land.glb"], "--layer mesh"),
+        (&["--layer", "height,mesh", "-o", "land.glb"], "--layer mesh"),
+        (&["--layer", "mesh", "--format", "r16", "-o", "land/"], "--format"),
+        (&["--mesh-error", "1", "-o", "height.exr"], "--mesh-error"),
+        (&["--mesh-error", "-1", "-o", "land.glb"], "--mesh-error"),
+        (&["--mesh-error", "NaN", "-o", "land.glb"], "0 or more"),
+        (&["--flip", "-o", "land.glb"], "--flip"),
+    ] {
+        let output = terrane(&folder, &[&["export", "world.toml"], arguments].concat());
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(message.contains(part), "{arguments:?}: {message}");
+    }
+    // Every sample of so large a land is refused before anything is simulated.
+    let arguments = ["export", "world.toml", "--cells", "16385", "--mesh-error", "0", "-o", "land.ply"];
+    let output = terrane(&folder, &arguments);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(6), "{message}");
+    assert!(message.contains("4096.0 MiB") && !message.contains("erosion"), "{message}");
 }
 
 // Checkers.
@@ -354,4 +530,142 @@ fn largest_error(heights: &[f32], mesh: &Triangulation) -> f64 {
         }
     }
     if seen.iter().all(|seen| *seen) { largest } else { f64::INFINITY }
+}
+
+/// The same triangles, corner by corner, whatever the order of vertices: to the bit, but for texture coordinates, which some
+/// formats count the other way.
+#[track_caller]
+fn assert_same(got: &Mesh, want: &Mesh) {
+    assert_eq!(got.positions.len(), want.positions.len());
+    assert_eq!(got.triangles.len(), want.triangles.len());
+    let corners = got.triangles.as_flattened().iter().zip(want.triangles.as_flattened());
+    for (got_corner, want_corner) in corners.map(|(got, want)| (*got as usize, *want as usize)) {
+        assert_eq!(got.positions[got_corner], want.positions[want_corner]);
+        assert_eq!(got.normals[got_corner], want.normals[want_corner]);
+        let [got, want] = [got.uvs[got_corner], want.uvs[want_corner]];
+        assert!(got.iter().zip(want).all(|(got, want)| (got - want).abs() <= 1e-7), "{got:?} {want:?}");
+    }
+}
+
+/// Meshes over parts of a land of 2000 m as one triangulation of its samples; corners at the same place are the same.
+fn on_grid(meshes: &[Mesh], heights: &[f32]) -> Triangulation {
+    let cells = heights.len().isqrt();
+    let sample = |[x, y, z]: [f32; 3]| {
+        let [column, row] = [x, z].map(|at| f64::from(at + 1000.0) / 2000.0 * (cells - 1) as f64);
+        let [column, row] = [column, row].map(|at| {
+            assert!((at - at.round()).abs() < 1e-3, "{at} is no sample");
+            at.round() as u16
+        });
+        assert_eq!(y, heights[usize::from(row) * cells + usize::from(column)]);
+        (row, column)
+    };
+    let mut vertices: BTreeMap<(u16, u16), u32> =
+        meshes.iter().flat_map(|mesh| &mesh.positions).map(|position| (sample(*position), 0)).collect();
+    vertices.values_mut().zip(0..).for_each(|(index, next)| *index = next);
+    let triangles = meshes
+        .iter()
+        .flat_map(|mesh| {
+            mesh.triangles
+                .iter()
+                .map(|triangle| triangle.map(|corner| vertices[&sample(mesh.positions[corner as usize])]))
+        })
+        .collect();
+    let places = vertices.keys().map(|(row, column)| [*column, *row]).collect();
+    Triangulation { size: [cells as u32; 2], vertices: places, triangles }
+}
+
+fn read_small_glb(path: &Path) -> Mesh {
+    read_glb(path, 16)
+}
+
+/// A .glb with indices of so many bits.
+fn read_glb(path: &Path, bits: usize) -> Mesh {
+    use ::gltf::accessor::DataType;
+
+    let gltf = ::gltf::Gltf::from_slice(&fs::read(path).unwrap()).unwrap();
+    let blob = gltf.blob.as_deref().unwrap();
+    let primitive = gltf.meshes().next().unwrap().primitives().next().unwrap();
+    let index = if bits == 16 { DataType::U16 } else { DataType::U32 };
+    assert_eq!(primitive.indices().unwrap().data_type(), index);
+    let reader = primitive.reader(|_| Some(blob));
+    let indices: Vec<u32> = reader.read_indices().unwrap().into_u32().collect();
+    Mesh {
+        positions: reader.read_positions().unwrap().collect(),
+        normals: reader.read_normals().unwrap().collect(),
+        uvs: reader.read_tex_coords(0).unwrap().into_f32().collect(),
+        triangles: indices.as_chunks().0.to_vec(),
+    }
+}
+
+fn read_ply(path: &Path) -> Mesh {
+    let parser = ply_rs_bw::parser::Parser::<ply_rs_bw::ply::DefaultElement>::new();
+    let mut file = std::io::BufReader::new(fs::File::open(path).unwrap());
+    let ply = parser.read_ply(&mut file).unwrap();
+    let mut mesh = Mesh::default();
+    for vertex in &ply.payload["vertex"] {
+        let float = |name: &str| match vertex[name] {
+            Property::Float(value) => value,
+            ref other => panic!("{name} is {other:?}"),
+        };
+        mesh.positions.push(["x", "y", "z"].map(float));
+        mesh.normals.push(["nx", "ny", "nz"].map(float));
+        mesh.uvs.push([float("s"), 1.0 - float("t")]);
+    }
+    for face in &ply.payload["face"] {
+        let Property::ListInt(corners) = &face["vertex_indices"] else { panic!("{face:?}") };
+        let corners: [i32; 3] = corners.as_slice().try_into().unwrap();
+        mesh.triangles.push(corners.map(|corner| corner.try_into().unwrap()));
+    }
+    mesh
+}
+
+fn read_obj(path: &Path) -> Mesh {
+    let options = tobj::LoadOptions::default();
+    let (models, materials) = tobj::load_obj(path, &options).unwrap();
+    let [model] = models.as_slice() else { panic!("{} objects", models.len()) };
+    assert!(materials.unwrap().is_empty());
+    let mesh = &model.mesh;
+    assert_eq!(mesh.indices, mesh.normal_indices);
+    assert_eq!(mesh.indices, mesh.texcoord_indices);
+    Mesh {
+        positions: mesh.positions.as_chunks().0.to_vec(),
+        normals: mesh.normals.as_chunks().0.to_vec(),
+        uvs: mesh.texcoords.as_chunks().0.iter().map(|[u, v]| [*u, 1.0 - v]).collect(),
+        triangles: mesh.indices.as_chunks().0.to_vec(),
+    }
+}
+
+fn read_exr(path: &Path) -> Vec<f32> {
+    let (width, height, values) = terrane::formats::exr::read_channel(path).unwrap();
+    assert_eq!(width, height);
+    values
+}
+
+fn sidecar(path: &Path) -> Value {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".json");
+    serde_json::from_slice(&fs::read(name).unwrap()).unwrap()
+}
+
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("world.toml"), WORLD).unwrap();
+    folder
+}
+
+fn terrane(folder: &TempDir, arguments: &[&str]) -> Output {
+    let _turn = kit::turn();
+    Command::new(env!("CARGO_BIN_EXE_terrane"))
+        .args(arguments)
+        .current_dir(folder.path())
+        .env("TERRANE_VALIDATION", "1")
+        .output()
+        .unwrap()
+}
+
+#[track_caller]
+fn export(folder: &TempDir, arguments: &[&str]) {
+    let output = terrane(folder, &[&["export", "world.toml"], arguments].concat());
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {message}");
 }

@@ -69,7 +69,7 @@ pub struct Arguments {
     byte_order: Option<ByteOrder>,
 
     /// The farthest that a sample may lie above or below the mesh, m; 0 keeps all [default: a tenth of their distance]
-    #[arg(long, value_name = "M", value_parser = largest_error)]
+    #[arg(long, value_name = "M", value_parser = largest_error, allow_negative_numbers = true)]
     mesh_error: Option<f32>,
 
     /// Write the south edge first, in PNG and RAW files
