@@ -4,6 +4,7 @@
 pub mod exr;
 pub mod file;
 pub mod png;
+pub mod sealed;
 pub mod sidecar;
 
 use std::io;
