@@ -87,7 +87,7 @@ impl<'a> Keeper<'a> {
                 Err(error) => {
                     progress.say(&format!("warning: {error}; it is removed, and that land made again"));
                     cache.remove(key);
-                    // Some of its images hold what was read. The memory of the old ones is needed for the new.
+                    // Some images hold what was read, and their memory is needed for new ones.
                     drop(simulation);
                     simulation = Simulation::new(self.gpu, &self.world.plan)?;
                 }
@@ -100,8 +100,8 @@ impl<'a> Keeper<'a> {
 
     /// Keeps the state if it is time: behind a stage that took long, and now and then within one.
     pub fn watch(&mut self, simulation: &Simulation, progress: &Progress) {
-        let now = simulation.progress();
-        let between_stages = now.iteration == 0 || now.finished;
+        let (now, position) = (simulation.progress(), simulation.position());
+        let between_stages = now.finished || position.is_some_and(|position| position.stage != now.stage);
         let due = if between_stages { self.interval.min(LEAST) } else { self.interval };
         if self.last.elapsed() >= due {
             self.keep(simulation, progress);

@@ -4,7 +4,7 @@
 use super::{Fields, Stage};
 use crate::gpu::{
     self, Gpu, Image, Recorder,
-    format::{Format, R32f, Rg32f, Rgba32f},
+    format::{Format, R32f, Rgba32f},
 };
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +29,6 @@ pub struct Part {
 
 enum Texels {
     R(Image<R32f>),
-    Rg(Image<Rg32f>),
     Rgba(Image<Rgba32f>),
 }
 
@@ -38,7 +37,6 @@ impl Part {
     pub fn floats(&self) -> usize {
         let (size, channels) = match &self.image {
             Texels::R(image) => (image.size(), 1),
-            Texels::Rg(image) => (image.size(), 2),
             Texels::Rgba(image) => (image.size(), 4),
         };
         size[0] as usize * size[1] as usize * channels
@@ -48,7 +46,6 @@ impl Part {
     pub fn download(&self, gpu: &Gpu) -> gpu::Result<Vec<f32>> {
         match &self.image {
             Texels::R(image) => download(gpu, image),
-            Texels::Rg(image) => download(gpu, image),
             Texels::Rgba(image) => download(gpu, image),
         }
     }
@@ -57,7 +54,6 @@ impl Part {
     pub fn upload(&self, gpu: &Gpu, floats: &[f32]) -> gpu::Result<()> {
         match &self.image {
             Texels::R(image) => upload(gpu, image, floats),
-            Texels::Rg(image) => upload(gpu, image, floats),
             Texels::Rgba(image) => upload(gpu, image, floats),
         }
     }
@@ -78,7 +74,6 @@ pub(super) fn parts(fields: &Fields, position: Position, iterations: u32) -> Vec
         axis,
         diagonal,
         slope,
-        velocity,
         reef,
         carbon,
         // Filled from the plan.
@@ -101,10 +96,7 @@ pub(super) fn parts(fields: &Fields, position: Position, iterations: u32) -> Vec
         ]);
     }
     if stage == Stage::Hydraulic && under_way {
-        parts.extend([
-            Part { name: "slope", image: Texels::R(slope.clone()) },
-            Part { name: "velocity", image: Texels::Rg(velocity.clone()) },
-        ]);
+        parts.push(Part { name: "slope", image: Texels::R(slope.clone()) });
     }
     if stage == Stage::Reef {
         parts.push(Part { name: "reef", image: Texels::R(reef.clone()) });

@@ -102,9 +102,7 @@ impl Cache {
         let path = self.path(key);
         let damaged = |reason: &str| Error::Damaged { path: path.clone(), reason: reason.into() };
         let (header, mut reader) = match sealed::Reader::open::<Header>(&path) {
-            Err(formats::Error::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
-                return Ok(false);
-            }
+            Err(formats::Error::Read { source, .. }) if is_missing(&source) => return Ok(false),
             opened => opened.map_err(reading)?,
         };
         if header.key != key.0 {
@@ -230,7 +228,7 @@ impl Cache {
     fn files(&self) -> Result<Vec<(PathBuf, Metadata)>, Error> {
         let failed = |source| Error::Read { path: self.folder.clone(), source };
         let found = match fs::read_dir(&self.folder) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+            Err(error) if is_missing(&error) => return Ok(Vec::new()),
             found => found.map_err(failed)?,
         };
         let mut files = Vec::new();
@@ -244,6 +242,11 @@ impl Cache {
         }
         Ok(files)
     }
+}
+
+/// A file in the folder's place is reported when something is to be kept in it.
+fn is_missing(error: &io::Error) -> bool {
+    matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
 fn is_entry(path: &Path) -> bool {
