@@ -35,7 +35,7 @@ fn a_run_that_is_taken_up_anywhere_ends_in_the_same_bits() {
             // A pass or some at a time: every kind of place is met, and not every place.
             first.step(Duration::ZERO).unwrap();
             step += 1;
-            if mix(step) % 16 != 0 && !first.progress().finished {
+            if mix(step) % 32 != 0 && !first.progress().finished {
                 continue;
             }
             places += 1;
@@ -608,7 +608,7 @@ fn the_cache_shows_and_clears_what_it_holds() {
     let json: Value = serde_json::from_str(&shown(&["cache", "--json"])).unwrap();
     assert_eq!(json["command"], "cache");
     let cache = &json["cache"];
-    assert_eq!((&cache["folder"], &cache["limit_bytes"]), (&"cache".into(), &(4_u64 << 30).into()));
+    assert_eq!((&cache["folder"], &cache["limit_bytes"]), (&"cache".into(), &(8_u64 << 30).into()));
     let entries = cache["entries"].as_array().unwrap();
     let files = names(&folder.path().join("cache"));
     assert_eq!(entries.len(), files.iter().filter(|name| name.ends_with(".land")).count());
@@ -652,12 +652,12 @@ fn everything() -> Plan {
 
 /// Four pipes and traced sediment.
 fn paper() -> Plan {
-    Plan { hydraulic: Some(kit::land::paper(100.0)), ..world(24, 600.0, hill(24, 150.0)) }
+    Plan { hydraulic: Some(kit::land::paper(60.0)), ..world(24, 600.0, hill(24, 150.0)) }
 }
 
 /// Debris alone.
 fn debris() -> Plan {
-    let thermal = terrane::terrain::thermal::Params { duration: 20_000.0, ..slides() };
+    let thermal = terrane::terrain::thermal::Params { duration: 12_000.0, ..slides() };
     Plan { thermal: Some(thermal), ..world(24, 600.0, hill(24, 400.0)) }
 }
 
@@ -670,6 +670,10 @@ fn layers(gpu: &Gpu, simulation: &Simulation) -> Vec<Vec<u32>> {
 fn poison(gpu: &Gpu, simulation: &Simulation) {
     fn fill<T: Transfer>(rec: &mut Recorder, gpu: &Gpu, pair: &PingPong<T>) {
         let elements = texels(gpu, pair.dst()).len();
+        // A single texel stands for an image that the world does not have: nobody writes it, and it is read as 0.
+        if elements == 1 {
+            return;
+        }
         let mut poisoned = vec![bytemuck::Zeroable::zeroed(); elements];
         bytemuck::cast_slice_mut::<T::Element, f32>(&mut poisoned).fill(f32::NAN);
         rec.upload(pair.dst(), &poisoned);

@@ -91,8 +91,10 @@ impl Progress {
 
     /// A line for the user.
     pub fn say(&self, message: &dyn Display) {
-        if self.channel != Channel::None {
-            line(message);
+        match self.current.as_ref().and_then(|current| current.bar.as_ref()) {
+            Some(bar) => bar.suspend(|| line(message)),
+            None if self.channel == Channel::None => {}
+            None => line(message),
         }
     }
 

@@ -13,7 +13,7 @@ use std::time::Duration;
 /// Show or clear what runs have kept for later ones
 ///
 /// States of the land are kept in the user's cache folder, or in the one that the environment variable TERRANE_CACHE names;
-/// those that have not been used for the longest time go when there is more than TERRANE_CACHE_LIMIT [default: 4GiB].
+/// those that have not been used for the longest time go when there is more than TERRANE_CACHE_LIMIT [default: 8GiB].
 #[derive(Args)]
 pub struct Arguments {
     /// What to do with it [default: show]
