@@ -35,7 +35,7 @@ fn a_run_that_is_taken_up_anywhere_ends_in_the_same_bits() {
             // A pass or some at a time: every kind of place is met, and not every place.
             first.step(Duration::ZERO).unwrap();
             step += 1;
-            if mix(step) % 32 != 0 && !first.progress().finished {
+            if !mix(step).is_multiple_of(32) && !first.progress().finished {
                 continue;
             }
             places += 1;
