@@ -8,6 +8,7 @@ pub mod obj;
 pub mod ply;
 pub mod png;
 pub mod raw;
+pub mod sealed;
 pub mod sidecar;
 pub mod tiff;
 mod window;
