@@ -4,7 +4,7 @@
 use super::fault::Complaint;
 use super::kinds::*;
 use super::place::{Place, noun};
-use super::schema::{Kind, Preset, Shape, Unit, section};
+use super::schema::{Kind, Preset, REQUIRED, Shape, Unit, section};
 use crate::scene;
 use crate::terrain::{Boundary, hydraulic, reef, thermal};
 
@@ -30,7 +30,7 @@ section! {
     /// A world: land, sea, light and a camera. Every section may be left out; what a world does not say has its
     /// default, and `"none"` switches off what can be switched off.
     struct World {
-        /// Version of the format, 1. Required.
+        /// Version of the format, 1.
         format: () = Format,
         /// Where randomness starts. Every consumer derives its own seed from it and its key, so that adding one
         /// never changes another.
@@ -78,7 +78,7 @@ impl Kind for Format {
     }
 
     fn default(&self) -> String {
-        "required".into()
+        REQUIRED.into()
     }
 
     fn read(&self, place: &Place) {
@@ -211,8 +211,8 @@ section! {
 section! {
     /// Heights from a grey PNG (16 bits) or an EXR, stretched over the terrain. The first row is the north edge.
     struct Heightmap {
-        /// The picture. Required.
-        file: Option<String> = file(),
+        /// The picture.
+        file: Option<String> = required_file(),
         /// Height of black, or of an EXR's least value.
         min: Option<f32> = optional(number(0.0, M, -20_000.0..=20_000.0), "from the sidecar; an EXR holds metres"),
         /// Height of white, or of an EXR's greatest value.

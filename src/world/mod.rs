@@ -6,6 +6,7 @@
 //! ([`toml_edit`]): what changes it, `--set` first, edits that and keeps its comments.
 
 mod fault;
+mod json_schema;
 mod keys;
 mod kinds;
 mod place;
@@ -14,6 +15,7 @@ mod reference;
 pub mod schema;
 mod settings;
 
+pub use json_schema::json_schema;
 pub use place::KeyPath;
 pub use reference::reference;
 

@@ -186,13 +186,7 @@ impl Check<'_> {
                 return None;
             }
         };
-        let Some(path) = &heightmap.file else {
-            self.refuse(
-                &[file],
-                Complaint::new("is missing", "a heightmap needs the path of a PNG or EXR").about_key(),
-            );
-            return None;
-        };
+        let path = heightmap.file.as_ref()?;
         let map = self.map(path, &file, |map| map.into_metres(range))?;
         if map.values.iter().any(|height| height.abs() > FARTHEST_GROUND) {
             let label = format!("a map of heights within {FARTHEST_GROUND} m of the datum");

@@ -1,6 +1,6 @@
 //! The reference page of world files, written from the keys' declarations.
 
-use super::schema::{Alternative, Key, Shape, Table, digits};
+use super::schema::{Alternative, Key, Shape, Table, digits, paragraph};
 use std::fmt::Write;
 
 /// The whole reference as Markdown: `docs/worlds.md`.
@@ -64,9 +64,9 @@ fn inner(page: &mut String, path: &str, shape: &Shape) {
     }
 }
 
-fn row(Key { name, about, default, shape }: &Key) -> String {
-    let default =
-        if default.parse::<toml_edit::Value>().is_ok() { code(&paragraph(default)) } else { default.clone() };
+fn row(key: &Key) -> String {
+    let Key { name, about, default, shape } = key;
+    let default = if key.default_value().is_some() { code(&paragraph(default)) } else { default.clone() };
     let (unit, usual) = match shape.number() {
         Some((unit, usual)) => {
             (unit.symbol, usual.map(|[least, most]| span(least, most)).unwrap_or_default())
@@ -119,11 +119,6 @@ fn words(shape: &Shape) -> String {
         }
         _ => String::new(),
     }
-}
-
-/// The lines of a doc comment as one paragraph.
-fn paragraph(about: &str) -> String {
-    about.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn code(text: &str) -> String {

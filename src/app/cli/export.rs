@@ -13,7 +13,7 @@ use crate::raster::{self, Maps, Renderer};
 use crate::terrain::{Layer as Simulated, Plan, Simulation};
 use crate::world::World;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use std::path::{Path, PathBuf};
 
 /// Write layers of the finished land: height, water, slope, …
@@ -31,7 +31,7 @@ pub struct Arguments {
     layers: Vec<Choice>,
 
     /// File to write, .exr (any number of layers) or .png (one layer), or a folder for one file a layer [default: ./<world>/]
-    #[arg(short, value_name = "OUT")]
+    #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
 
     /// Kind of the files in a folder: floats, or 16-bit integers from the least to the greatest value [default: exr]

@@ -1,11 +1,14 @@
 //! The command line: `terrane VERB WORLD [-o OUT] …`, one file a verb.
 
 mod check;
+mod completions;
 mod devices;
 mod export;
+mod man;
 pub mod options;
 mod output;
 mod render;
+mod schema;
 
 use super::progress::Voice;
 use super::{Error, Session};
@@ -30,6 +33,9 @@ enum Verb {
     Export(export::Arguments),
     Check(check::Arguments),
     Devices(devices::Arguments),
+    Schema(schema::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
 }
 
 impl Cli {
@@ -39,6 +45,9 @@ impl Cli {
             Verb::Export(arguments) => export::run(arguments, session),
             Verb::Check(arguments) => check::run(arguments, session),
             Verb::Devices(arguments) => devices::run(arguments, session),
+            Verb::Schema(arguments) => schema::run(arguments, session),
+            Verb::Completions(arguments) => completions::run(arguments),
+            Verb::Man(arguments) => man::run(arguments, session),
         }
     }
 
@@ -49,23 +58,28 @@ impl Cli {
             Verb::Export(_) => "export",
             Verb::Check(_) => "check",
             Verb::Devices(_) => "devices",
+            Verb::Schema(_) => "schema",
+            Verb::Completions(_) => "completions",
+            Verb::Man(_) => "man",
         }
     }
 
     pub fn json(&self) -> bool {
-        self.output().json
+        self.output().is_some_and(|output| output.json)
     }
 
     pub fn voice(&self) -> Voice {
-        if self.output().quiet { Voice::Quiet } else { Voice::Normal }
+        if self.output().is_some_and(|output| output.quiet) { Voice::Quiet } else { Voice::Normal }
     }
 
-    fn output(&self) -> &OutputOptions {
+    /// Those that print what was asked for have none.
+    fn output(&self) -> Option<&OutputOptions> {
         match &self.verb {
-            Verb::Render(arguments) => &arguments.output,
-            Verb::Export(arguments) => &arguments.output,
-            Verb::Check(arguments) => &arguments.output,
-            Verb::Devices(arguments) => &arguments.output,
+            Verb::Render(arguments) => Some(&arguments.output),
+            Verb::Export(arguments) => Some(&arguments.output),
+            Verb::Check(arguments) => Some(&arguments.output),
+            Verb::Devices(arguments) => Some(&arguments.output),
+            Verb::Schema(_) | Verb::Completions(_) | Verb::Man(_) => None,
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Options that several verbs share.
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct WorldOptions {
     /// World file (TOML)
+    #[arg(value_hint = ValueHint::FilePath)]
     pub world: PathBuf,
 
     /// Override a key of the world file, for example --set terrain.cells=256; may be repeated

@@ -7,7 +7,7 @@ use crate::app::{Error, Session, interrupt, land};
 use crate::formats;
 use crate::raster::{Picture, Quality, Renderer};
 use crate::scene::Film;
-use clap::Args;
+use clap::{Args, ValueHint};
 use std::path::{Path, PathBuf};
 
 /// Render a picture of a world
@@ -17,7 +17,7 @@ pub struct Arguments {
     world: WorldOptions,
 
     /// Picture to write, .png or .exr, or a folder for it [default: ./<world>.png]
-    #[arg(short, value_name = "OUT")]
+    #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
 
     /// Size of the picture in pixels [default: the world's]
