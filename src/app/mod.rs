@@ -8,7 +8,7 @@ mod memory;
 mod progress;
 mod report;
 
-pub use error::Error;
+pub use error::{EXIT_CODES, Error};
 
 use crate::gpu::MessageLog;
 use clap::Parser;

@@ -29,6 +29,7 @@ fn table(table: &Table) -> Object {
                 "title": "Preset",
                 "description": "Values for several keys at once; what is written beside it wins.",
                 "default": first.name,
+                "type": "string",
                 "oneOf": words.map(|(name, about)| word(name, &about)).collect::<Vec<_>>(),
             }),
         );
@@ -93,18 +94,15 @@ fn shape(of: &Shape) -> Object {
         }),
         Shape::File => json!({ "type": "string", "minLength": 1 }),
         Shape::Choice(words) => {
-            json!({ "oneOf": words.iter().map(|[name, about]| word(name, about)).collect::<Vec<_>>() })
+            let words: Vec<_> = words.iter().map(|[name, about]| word(name, about)).collect();
+            json!({ "type": "string", "oneOf": words })
         }
         // The elements of an array differ in their defaults only.
         Shape::Array(elements) => array(elements.first(), elements.len()..=elements.len()),
         Shape::List { element, len: [least, most] } => array(Some(element), *least..=*most),
         Shape::Table(inner) => table(inner).into(),
-        Shape::OneOf(alternatives) => {
-            let available = alternatives.iter().filter(|alternative| alternative.available);
-            json!({ "oneOf": available.map(alternative).collect::<Vec<_>>() })
-        }
-        // Not `oneOf`: "none" is also the name of a file.
-        Shape::OrNone(inner) => json!({ "anyOf": [shape(inner), word("none", "Nothing.")] }),
+        Shape::OneOf(alternatives) => one_of(alternatives).into(),
+        Shape::OrNone(inner) => or_words(shape(inner), vec![word("none", "Nothing.")]).into(),
     })
 }
 
@@ -117,16 +115,37 @@ fn array(element: Option<&Shape>, len: RangeInclusive<usize>) -> Value {
     })
 }
 
-fn alternative(alternative: &Alternative) -> Value {
-    let Alternative { name, about, table: inner, .. } = alternative;
-    let Some(inner) = inner else { return word(name, about) };
-    json!({
-        "description": paragraph(about),
+/// A table with exactly one of the alternatives, or a word. One table holds them all, so that a mistake inside one of
+/// them is shown where it is, and not as "matches none of these".
+fn one_of(alternatives: &[Alternative]) -> Object {
+    let (mut properties, mut words) = (Object::new(), Vec::new());
+    for Alternative { name, about, table: inner, .. } in alternatives.iter().filter(|one| one.available) {
+        match inner {
+            Some(inner) => {
+                properties.insert((*name).into(), table(inner).into());
+            }
+            None => words.push(word(name, about)),
+        }
+    }
+    let schema = object(json!({
         "type": "object",
-        "properties": { *name: table(inner) },
+        "properties": properties,
         "additionalProperties": false,
-        "required": [name],
-    })
+        "minProperties": 1,
+        "maxProperties": 1,
+    }));
+    if words.is_empty() { schema } else { or_words(schema, words) }
+}
+
+/// What `schema` allows, or one of the words. Its other keywords say nothing of values that are not of its type, so
+/// that only the type moves into the choice.
+fn or_words(mut schema: Object, words: Vec<Value>) -> Object {
+    let first = match schema.remove("type") {
+        Some(kind) => json!({ "type": kind }),
+        None => std::mem::take(&mut schema).into(),
+    };
+    schema.insert("anyOf".into(), [vec![first], words].concat().into());
+    schema
 }
 
 fn word(name: &str, about: &str) -> Value {

@@ -13,7 +13,9 @@ use serde_json::json;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, Write};
 
-/// Check a world file, and print what making its land takes
+/// Check a world file and print what it takes to make, without making it
+///
+/// Exits with 3 if the world is wrong, and with 6 if it needs more memory than --memory-limit or the --device allows.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]

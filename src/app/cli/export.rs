@@ -19,9 +19,6 @@ use std::path::{Path, PathBuf};
 /// Write layers of the finished land: height, water, slope, …
 #[derive(Args)]
 pub struct Arguments {
-    #[command(flatten)]
-    world: WorldOptions,
-
     /// Layers to write, or `all` that the world has
     ///
     /// height, water, sediment, wear, deposit and reef in m, flow in m³/s, slope in degrees, normal = world (x, −z, y)·½ + ½,
@@ -38,6 +35,8 @@ pub struct Arguments {
     #[arg(long)]
     format: Option<Format>,
 
+    #[command(flatten)]
+    world: WorldOptions,
     #[command(flatten)]
     device: DeviceOptions,
     #[command(flatten)]

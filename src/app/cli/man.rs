@@ -2,7 +2,7 @@
 
 use super::Cli;
 use super::output::{Place, print};
-use crate::app::{Error, Session};
+use crate::app::{EXIT_CODES, Error, Session};
 use crate::formats::file;
 use clap::{Args, Command, CommandFactory, ValueHint};
 use clap_mangen::Man;
@@ -22,7 +22,10 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let mut program = Cli::command().disable_help_subcommand(true);
     program.build();
-    let Some(folder) = &arguments.out else { return print(&main_page(&program).unwrap_or_default()) };
+    let Some(folder) = &arguments.out else {
+        // Writing to memory can't fail.
+        return print(&main_page(&program).unwrap_or_default());
+    };
 
     let mut pages = vec![("terrane.1".to_string(), main_page(&program))];
     for verb in program.get_subcommands() {
@@ -40,56 +43,48 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 }
 
 fn main_page(program: &Command) -> io::Result<Vec<u8>> {
-    let man = Man::new(program.clone()).manual("terrane");
+    let man = man(program.clone());
     let mut page = Vec::new();
     man.render_title(&mut page)?;
     man.render_name_section(&mut page)?;
-    man.render_synopsis_section(&mut page)?;
+    synopsis(program, &mut page)?;
     man.render_description_section(&mut page)?;
     man.render_subcommands_section(&mut page)?;
     man.render_options_section(&mut page)?;
+    writeln!(page, ".SH \"EXIT STATUS\"")?;
+    for (code, meaning) in EXIT_CODES {
+        writeln!(page, ".TP\n\\fB{code}\\fR\n{meaning}")?;
+    }
     page.write_all(SECTIONS.as_bytes())?;
     Ok(page)
 }
 
 fn verb_page(verb: &Command, name: &str) -> io::Result<Vec<u8>> {
-    let verb = verb.clone().bin_name(name.replacen('-', " ", 1)).display_name(name);
+    let verb = verb.clone().display_name(name);
+    let man = man(verb.clone());
     let mut page = Vec::new();
-    Man::new(verb).manual("terrane").render(&mut page)?;
+    man.render_title(&mut page)?;
+    man.render_name_section(&mut page)?;
+    synopsis(&verb, &mut page)?;
+    man.render_description_section(&mut page)?;
+    man.render_options_section(&mut page)?;
     page.write_all(b".SH \"SEE ALSO\"\n\\fBterrane\\fR(1)\n")?;
     Ok(page)
 }
 
+fn man(command: Command) -> Man {
+    Man::new(command).manual("terrane").source(concat!("terrane ", env!("CARGO_PKG_VERSION")))
+}
+
+/// As `--help` has it; the crate's own leaves the values of short options out.
+fn synopsis(command: &Command, page: &mut Vec<u8>) -> io::Result<()> {
+    let usage = command.clone().render_usage().to_string();
+    let usage = usage.trim_start_matches("Usage:").trim().replace('\\', "\\e").replace('-', "\\-");
+    writeln!(page, ".SH SYNOPSIS\n{usage}")
+}
+
 /// What the arguments don't tell.
-const SECTIONS: &str = r#".SH "EXIT STATUS"
-.TP
-\fB0\fR
-All went well.
-.TP
-\fB1\fR
-Something else failed.
-.TP
-\fB2\fR
-The arguments make no sense.
-.TP
-\fB3\fR
-Something is wrong in the world file or an option, or the world has not what was asked for.
-.TP
-\fB4\fR
-There is no such device, or no driver.
-.TP
-\fB5\fR
-The device was lost.
-.TP
-\fB6\fR
-There is not enough memory.
-.TP
-\fB7\fR
-A file can't be read or written.
-.TP
-\fB130\fR
-The run was interrupted. Files that had been written are whole.
-.SH ENVIRONMENT
+const SECTIONS: &str = r#".SH ENVIRONMENT
 .TP
 \fBTERRANE_VALIDATION\fR
 If set, the Vulkan validation layer watches the run, and any message of it is a failure.

@@ -11,17 +11,16 @@ mod render;
 mod schema;
 
 use super::progress::Voice;
-use super::{Error, Session};
+use super::{EXIT_CODES, Error, Session};
 use clap::{Parser, Subcommand};
 use options::OutputOptions;
 
-/// Whole landscapes from one text file, made and shown with Vulkan.
+/// Whole landscapes from one text file, made and shown with Vulkan
+///
+/// A world file describes land, sea, light and a camera; `terrane render` makes a picture of it, `terrane export` files
+/// for other programs.
 #[derive(Parser)]
-#[command(name = "terrane", version, max_term_width = 100)]
-#[command(
-    after_help = "Exit codes: 0 ok · 1 other · 2 usage · 3 something in the world file or an option is wrong · \
-    4 no such device or no driver · 5 device lost · 6 memory · 7 a file can't be read or written · 130 interrupted"
-)]
+#[command(name = "terrane", version, max_term_width = 100, after_help = after_help())]
 pub struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -82,4 +81,16 @@ impl Cli {
             Verb::Schema(_) | Verb::Completions(_) | Verb::Man(_) => None,
         }
     }
+}
+
+fn after_help() -> String {
+    let codes: Vec<String> =
+        EXIT_CODES.iter().map(|(code, meaning)| format!("  {code:<3}  {meaning}")).collect();
+    format!(
+        "Examples:\n  terrane render island.toml -o island.png\n  \
+         terrane render island.toml --set terrain.cells=256 --set erosion.hydraulic.rain=200\n  \
+         terrane export island.toml --layer all -o island/\n  \
+         terrane check island.toml\n\nExit codes:\n{}",
+        codes.join("\n")
+    )
 }

@@ -13,9 +13,6 @@ use std::path::{Path, PathBuf};
 /// Render a picture of a world
 #[derive(Args)]
 pub struct Arguments {
-    #[command(flatten)]
-    world: WorldOptions,
-
     /// Picture to write, .png or .exr, or a folder for it [default: ./<world>.png]
     #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
@@ -28,6 +25,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "raster", value_parser = method)]
     renderer: Method,
 
+    #[command(flatten)]
+    world: WorldOptions,
     #[command(flatten)]
     device: DeviceOptions,
     #[command(flatten)]
