@@ -2,14 +2,13 @@
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use super::output::{Place, check_extension};
-use crate::app::memory::check_device;
+use crate::app::memory::{self, Goal, Limits};
 use crate::app::{Error, Session, interrupt, land};
-use crate::core::memory::total;
 use crate::formats::file::Written;
 use crate::formats::sidecar::{Range, Sidecar, Values};
 use crate::formats::{self, extremes, sidecar};
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f, format::Rgba32f};
-use crate::raster::{self, Maps, Renderer};
+use crate::raster::{Maps, Renderer};
 use crate::terrain::{Layer as Simulated, Plan, Simulation};
 use crate::world::World;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -74,7 +73,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
-    check_device("the land", bytes_needed(&world, &layers), "terrain.cells", gpu.memory().limit)?;
+    memory::check(&world.plan, &goal(&world.plan, &files), &Limits::of(&gpu))?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let file = arguments.world.world.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let set = arguments.world.set.clone();
@@ -105,11 +104,15 @@ fn file_format(arguments: &Arguments) -> Result<Format, Error> {
     }
 }
 
-/// Device memory: the simulation stays to the end, and what the renderer draws of it is beside it.
-fn bytes_needed(world: &World, layers: &[Layer]) -> u64 {
-    let drawn = layers.iter().any(|layer| !matches!(layer, Layer::Simulated(_)));
-    let maps = if drawn { total(&raster::memory::maps(world.plan.grid)) } else { 0 };
-    total(&world.plan.memory()) + maps
+/// What the files take beside the simulation.
+fn goal(plan: &Plan, files: &[(PathBuf, Vec<Layer>)]) -> Goal {
+    let layers = || files.iter().flat_map(|(_, layers)| layers);
+    let drawn = layers().any(|layer| !matches!(layer, Layer::Simulated(_)));
+    let source = if drawn { memory::Source::Renderer } else { memory::Source::Simulation };
+    // The values of all channels, and the texels of one layer on their way to them.
+    let channels = |layers: &[Layer]| layers.iter().map(|layer| layer.channels()).sum::<u64>();
+    let widest = files.iter().map(|(_, layers)| channels(layers)).max().unwrap_or(0);
+    Goal::Layers(memory::Layers { source, file: plan.grid.samples() as u64 * (4 * widest + 16) })
 }
 
 /// The layers that were asked for, once each.
@@ -322,6 +325,14 @@ impl Layer {
             Layer::Simulated(Simulated::Wetness) | Layer::Normal | Layer::Splat => "1",
             Layer::Simulated(_) => "m",
             Layer::Slope => "degrees",
+        }
+    }
+
+    fn channels(self) -> u64 {
+        match self {
+            Layer::Simulated(_) | Layer::Slope => 1,
+            Layer::Normal => 3,
+            Layer::Splat => 4,
         }
     }
 

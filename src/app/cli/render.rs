@@ -2,7 +2,7 @@
 
 use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
-use crate::app::memory::{Phases, check_picture};
+use crate::app::memory::{self, Goal, Limits, check_picture};
 use crate::app::{Error, Session, interrupt, land};
 use crate::formats;
 use crate::raster::{Picture, Quality, Renderer};
@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
-    Phases::of(&world, &film).check(gpu.memory().limit)?;
+    memory::check(&world.plan, &Goal::Picture(film), &Limits::of(&gpu))?;
     let renderer = Renderer::new(&gpu)?;
     let ground = land::simulate(&gpu, &world, session)?.land()?;
 
