@@ -1,4 +1,4 @@
-//! Completions, the manual and the help: scripts that shells take, pages that are whole, nothing that asks for a device.
+//! What the program tells of itself: schema, completions, manual, help. None of it asks for a device.
 
 use std::fs;
 use std::io::Write;
@@ -42,6 +42,29 @@ fn feed(program: &str, arguments: &[&str], script: &str) -> Option<Output> {
         .ok()?;
     child.stdin.take().unwrap().write_all(script.as_bytes()).unwrap();
     Some(child.wait_with_output().unwrap())
+}
+
+#[test]
+fn the_schema_is_printed_or_written() {
+    let committed = fs::read_to_string("configs/worlds.schema.json").unwrap();
+    assert_eq!(stdout(&["schema"]), committed);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("worlds.schema.json");
+    assert_eq!(stdout(&["schema", "-o", path.to_str().unwrap()]), "");
+    assert_eq!(fs::read_to_string(&path).unwrap(), committed);
+    assert_eq!(terrane(&["schema", "-o", "missing/a.json"]).status.code(), Some(7));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn what_does_not_reach_its_reader_whole_is_a_failure() {
+    for arguments in [&["schema"][..], &["completions", "zsh"], &["man"]] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let program = env!("CARGO_BIN_EXE_terrane");
+        let output = Command::new(program).args(arguments).stdout(full).output().unwrap();
+        assert_eq!(output.status.code(), Some(7), "{arguments:?}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("standard output"), "{output:?}");
+    }
 }
 
 #[test]

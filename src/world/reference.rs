@@ -24,6 +24,11 @@ One TOML file describes one world. The shortest is `format = 1`: an island with 
   --set terrain.layers.0.cone.height=900 --set reef=none`. Elements of arrays go by number, from 0.
 - *Allowed* is what is accepted; *usual* is what was tried and gives good islands. `s⁻¹` is "per second".
 
+Editors with Taplo (Even Better TOML in Visual Studio Code) complete, explain and check a world whose first line names
+the schema, as those in `configs/` do: `#:schema ../worlds.schema.json`. For worlds of your own, write it beside them
+with `terrane schema -o worlds.schema.json` and begin them with `#:schema ./worlds.schema.json`. What no schema can say,
+such as keys that do not go together, `terrane check` says.
+
 This page is written by the program from the same table that reads the files.
 "##;
 
