@@ -384,6 +384,29 @@ fn memory_is_not_taken_beyond_the_limit() {
     refused(&["render", "world.toml", "--size", "16384x16384"], 6, &["4608.0 MiB", "3072.0 MiB", "--size"]);
 }
 
+/// Four million cells, to the end: 250 s of rain and ten steps of the reef.
+#[test]
+#[ignore = "takes ten minutes on two cores"]
+fn a_large_land_is_made_to_the_end() {
+    let folder = folder();
+    let volcano = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/island/volcano.toml");
+    let output = Command::new(env!("CARGO_BIN_EXE_terrane"))
+        .args(["render", volcano, "--json", "--no-cache", "-o", "large.png"])
+        .args(["--set", "terrain.cells=2048", "--set", "erosion.hydraulic.duration=250"])
+        .args(["--set", "reef.stages=[{ duration = 250, rise = 1 }]"])
+        .current_dir(folder.path())
+        .stderr(Stdio::inherit())
+        .output()
+        .unwrap();
+    assert_eq!(code(&output), 0);
+    let json = json(&output);
+    let stages = json["stages"].as_array().unwrap();
+    let reef = stages.iter().find(|stage| stage["name"] == "reef").unwrap();
+    assert_eq!(reef["iterations"], 10);
+    let picture = image::open(folder.path().join("large.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (1280, 720));
+}
+
 /// What a refusal says would do does, and one cell more does not.
 #[test]
 fn a_land_too_large_is_refused_with_the_figures() {

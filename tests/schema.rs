@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::sync::LazyLock;
 use terrane::world::{self, Overrides, schema};
 use toml_edit::{DocumentMut, InlineTable, Item};
@@ -79,6 +80,27 @@ fn shipped_worlds_pass_and_lead_to_it() {
     for example in world::json_schema()["examples"].as_array().unwrap() {
         assert_eq!(complaints(example), [""; 0]);
     }
+}
+
+/// Taplo, the reader behind most editors, finds the schema by the first line and takes the shipped worlds.
+#[test]
+#[ignore = "fetches Taplo from npm"]
+fn taplo_takes_shipped_worlds_and_refuses_others() {
+    let lint = |path: &Path| {
+        let mut taplo = Command::new("npx");
+        taplo.args(["--yes", "@taplo/cli@0.7.0", "lint"]).arg(path).output().expect("npx of Node.js")
+    };
+    for path in files("configs/island") {
+        let output = lint(&path);
+        assert!(output.status.success(), "{}: {output:?}", path.display());
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::copy("configs/worlds.schema.json", folder.path().join("worlds.schema.json")).unwrap();
+    let path = folder.path().join("world.toml");
+    fs::write(&path, "#:schema ./worlds.schema.json\nformat = 1\n[terrain]\ncells = 10\n").unwrap();
+    let output = lint(&path);
+    assert!(!output.status.success());
+    assert!(String::from_utf8_lossy(&output.stderr).contains("less than the minimum of 64"), "{output:?}");
 }
 
 /// Wrong in a way that a schema can't say: keys that don't go together, files, and what JSON has no word for.
