@@ -139,8 +139,8 @@ impl Hydraulic {
         let controls = plan.controls.any();
         let outflow_slope = params.slope == Slope::Outflow;
         let semi_lagrangian = params.traces_back();
-        let blocks = Blocks::of(gpu, 4);
-        let rows = blocks.rows();
+        let blocks = Blocks::of(gpu, 2, 2);
+        let Blocks { columns, rows } = blocks;
         let flow = hydraulic_flow::Constants {
             pipes,
             controls,
@@ -149,13 +149,15 @@ impl Hydraulic {
             drag: params.drag > 0.0,
             outflow_slope,
             semi_lagrangian,
+            columns,
             rows,
         };
-        let erode = hydraulic_erode::Constants { pipes, controls, outflow_slope, semi_lagrangian, rows };
+        let erode =
+            hydraulic_erode::Constants { pipes, controls, outflow_slope, semi_lagrangian, columns, rows };
         Ok(Hydraulic {
             start: Compute::new(gpu, ())?,
             flow: Compute::new(gpu, flow)?,
-            diffusion: Compute::new(gpu, sediment_diffusion::Constants { rows })?,
+            diffusion: Compute::new(gpu, sediment_diffusion::Constants { columns, rows })?,
             erode: Compute::new(gpu, erode)?,
             blocks,
             flow_push: flow_push(plan, params),

@@ -87,30 +87,26 @@ pub trait Process {
     }
 }
 
-/// The blocks of cells that an invocation of a kernel with `ROWS` works on (`glsl/lib/block.glsl`).
+/// The blocks of cells that the invocations of a kernel work on (`glsl/lib/block.glsl`), as its constants take them.
 #[derive(Clone, Copy, Debug)]
 struct Blocks {
-    rows: u32,
+    columns: i32,
+    rows: i32,
 }
 
 impl Blocks {
-    /// Blocks of `rows` cells on a CPU device, where they save what neighbours have in common; of one on a GPU, which wants many
-    /// invocations.
-    fn of(gpu: &Gpu, rows: u32) -> Blocks {
+    /// Blocks of this many columns and rows on a CPU device, where they save what neighbours have in common; single cells on a
+    /// GPU, which wants many invocations.
+    fn of(gpu: &Gpu, columns: i32, rows: i32) -> Blocks {
         match gpu.info().kind {
-            DeviceKind::Cpu => Blocks { rows },
-            _ => Blocks { rows: 1 },
+            DeviceKind::Cpu => Blocks { columns, rows },
+            _ => Blocks { columns: 1, rows: 1 },
         }
-    }
-
-    /// As the kernels take it.
-    fn rows(self) -> i32 {
-        self.rows.cast_signed()
     }
 
     /// Invocations that cover a grid of this size.
     fn over(self, [width, height]: [u32; 2]) -> [u32; 2] {
-        [width, height.div_ceil(self.rows)]
+        [width.div_ceil(self.columns.cast_unsigned()), height.div_ceil(self.rows.cast_unsigned())]
     }
 }
 

@@ -111,10 +111,11 @@ impl Reef {
             None => None,
         };
         let sweeps = params.sweeps(plan.grid);
-        let blocks = Blocks::of(gpu, 4);
+        let blocks = Blocks::of(gpu, 2, 4);
+        let Blocks { columns, rows } = blocks;
         Ok(Reef {
             growth: Compute::new(gpu, reef_growth::Constants { controls: plan.controls.any() })?,
-            carbon: Compute::new(gpu, reef_carbon::Constants { rows: blocks.rows() })?,
+            carbon: Compute::new(gpu, reef_carbon::Constants { columns, rows })?,
             blocks,
             rubble,
             growth_push: reef_growth::Push {

@@ -164,8 +164,9 @@ impl Slide {
     }
 
     fn new(gpu: &Gpu, plan: &Plan, law: u32, push: Push) -> gpu::Result<Slide> {
-        let blocks = Blocks::of(gpu, 8);
-        let constants = Constants { law, controls: plan.controls.any(), rows: blocks.rows() };
+        let blocks = Blocks::of(gpu, 2, 4);
+        let Blocks { columns, rows } = blocks;
+        let constants = Constants { law, controls: plan.controls.any(), columns, rows };
         Ok(Slide { pass: Compute::new(gpu, constants)?, blocks, push })
     }
 
