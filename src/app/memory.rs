@@ -211,3 +211,59 @@ const MOST_PICTURE: u64 = 3 << 30;
 fn picture_bytes(film: &Film) -> u64 {
     u64::from(film.width) * u64::from(film.height) * (12 + 3 + 3)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::world::{self, Overrides};
+    use std::path::Path;
+
+    fn plan(cells: u32) -> Plan {
+        let text = format!("format = 1\nterrain.cells = {cells}");
+        world::parse("test.toml", text.as_bytes(), Path::new(""), &Overrides::default()).unwrap().plan
+    }
+
+    const PICTURE: Goal = Goal::Picture(Film {
+        width: 1280,
+        height: 720,
+        exposure: 1.0,
+        tone_map: crate::scene::ToneMap::None,
+    });
+
+    fn refusal(plan: &Plan, limits: Limits) -> Option<String> {
+        check(plan, &PICTURE, &limits).err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_host_is_asked_too() {
+        let gibibyte = Some(1 << 30);
+        let own = Limits { host: gibibyte, ..Limits::default() };
+        assert_eq!(refusal(&plan(4096), own), None);
+        // A device that is the CPU takes from the same memory.
+        let message = refusal(&plan(4096), Limits { shared: true, ..own }).unwrap();
+        for part in ["the run needs", "the computer's memory and 1024.0 MiB", "device 2432.0 MiB", "would do"]
+        {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
+    fn an_image_fits_one_allocation_and_the_device() {
+        let limits = Limits { piece: Some(16 * 2000 * 2000), ..Limits::default() };
+        assert_eq!(refusal(&plan(2000), limits), None);
+        let message = refusal(&plan(2001), limits).unwrap();
+        assert!(message.contains("in one piece") && message.contains("2000 would do"), "{message}");
+
+        let limits = Limits { side: Some(4096), ..Limits::default() };
+        assert_eq!(refusal(&plan(4096), limits), None);
+        let message = refusal(&plan(4097), limits).unwrap();
+        assert!(message.contains("at most 4096 samples a side"), "{message}");
+        assert_eq!(largest_grid(&plan(64), &PICTURE, &limits), Some(4096));
+    }
+
+    #[test]
+    fn what_nothing_is_known_of_is_no_limit() {
+        assert_eq!(refusal(&plan(8192), Limits::default()), None);
+        assert_eq!(largest_grid(&plan(64), &PICTURE, &Limits::default()), Some(8192));
+    }
+}
