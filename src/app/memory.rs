@@ -103,13 +103,13 @@ impl Needs {
 }
 
 /// Refuses a run that needs more than there is: with what it needs it for, and the largest grid that would do.
-pub fn check(plan: &Plan, goal: &Goal, limits: &Limits) -> Result<(), Error> {
+pub fn check(plan: &Plan, goal: impl Fn(&Plan) -> Goal, limits: &Limits) -> Result<(), Error> {
     let cells = plan.grid.cells;
     if let Some(most) = limits.side.filter(|most| cells > *most) {
         let reason = format!("terrain.cells is {cells}, and its images have at most {most} samples a side");
         return Err(gpu::Error::Unsupported(reason).into());
     }
-    let Some(excess) = excess(plan, goal, limits) else { return Ok(()) };
+    let Some(excess) = excess(plan, &goal(plan), limits) else { return Ok(()) };
     let fewer = match largest_grid(plan, goal, limits) {
         Some(cells) => format!("lower terrain.cells: {cells} would do"),
         None => "fewer terrain.cells alone are not enough".into(),
@@ -118,13 +118,13 @@ pub fn check(plan: &Plan, goal: &Goal, limits: &Limits) -> Result<(), Error> {
 }
 
 /// Most cells that the world could have within the limits.
-pub fn largest_grid(plan: &Plan, goal: &Goal, limits: &Limits) -> Option<u32> {
+pub fn largest_grid(plan: &Plan, goal: impl Fn(&Plan) -> Goal, limits: &Limits) -> Option<u32> {
     const FEWEST: u32 = 64;
     const MOST: u32 = 8192;
 
     let fits = |cells: u32| {
         let plan = Plan { grid: Grid { cells, ..plan.grid }, ..plan.clone() };
-        limits.side.is_none_or(|most| cells <= most) && excess(&plan, goal, limits).is_none()
+        limits.side.is_none_or(|most| cells <= most) && excess(&plan, &goal(&plan), limits).is_none()
     };
     if !fits(FEWEST) {
         return None;
@@ -215,6 +215,7 @@ fn picture_bytes(film: &Film) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::ToneMap;
     use crate::world::{self, Overrides};
     use std::path::Path;
 
@@ -223,15 +224,12 @@ mod tests {
         world::parse("test.toml", text.as_bytes(), Path::new(""), &Overrides::default()).unwrap().plan
     }
 
-    const PICTURE: Goal = Goal::Picture(Film {
-        width: 1280,
-        height: 720,
-        exposure: 1.0,
-        tone_map: crate::scene::ToneMap::None,
-    });
+    fn picture(_: &Plan) -> Goal {
+        Goal::Picture(Film { width: 1280, height: 720, exposure: 1.0, tone_map: ToneMap::None })
+    }
 
     fn refusal(plan: &Plan, limits: Limits) -> Option<String> {
-        check(plan, &PICTURE, &limits).err().map(|error| error.to_string())
+        check(plan, picture, &limits).err().map(|error| error.to_string())
     }
 
     #[test]
@@ -258,12 +256,12 @@ mod tests {
         assert_eq!(refusal(&plan(4096), limits), None);
         let message = refusal(&plan(4097), limits).unwrap();
         assert!(message.contains("at most 4096 samples a side"), "{message}");
-        assert_eq!(largest_grid(&plan(64), &PICTURE, &limits), Some(4096));
+        assert_eq!(largest_grid(&plan(64), picture, &limits), Some(4096));
     }
 
     #[test]
     fn what_nothing_is_known_of_is_no_limit() {
         assert_eq!(refusal(&plan(8192), Limits::default()), None);
-        assert_eq!(largest_grid(&plan(64), &PICTURE, &Limits::default()), Some(8192));
+        assert_eq!(largest_grid(&plan(64), picture, &Limits::default()), Some(8192));
     }
 }

@@ -5,6 +5,7 @@ use super::fault::Complaint;
 use super::kinds::*;
 use super::place::{Place, noun};
 use super::schema::{Kind, Preset, REQUIRED, Shape, Unit, section};
+use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
 use crate::terrain::{Boundary, hydraulic, reef, thermal};
 
@@ -208,14 +209,25 @@ section! {
 }
 
 section! {
-    /// Heights from a grey PNG (16 bits) or an EXR, stretched over the terrain. The first row is the north edge.
+    /// Heights from a file, stretched over the terrain: a grey PNG (16 bits), a RAW or R16, an EXR, a TIFF. `docs/formats.md`
+    /// says what is read.
     struct Heightmap {
-        /// The picture.
+        /// The file.
         file: Option<String> = required_file(),
-        /// Height of black, or of an EXR's least value.
-        min: Option<f32> = optional(number(0.0, M, -20_000.0..=20_000.0), "from the sidecar; an EXR holds metres"),
-        /// Height of white, or of an EXR's greatest value.
-        max: Option<f32> = optional(number(1000.0, M, -20_000.0..=20_000.0), "from the sidecar; an EXR holds metres"),
+        /// Height of black, or of the least of an EXR's or TIFF's values.
+        min: Option<f32> = optional(number(0.0, M, -20_000.0..=20_000.0), "from the sidecar; EXR and TIFF hold metres"),
+        /// Height of white, or of the greatest of an EXR's or TIFF's values.
+        max: Option<f32> = optional(number(1000.0, M, -20_000.0..=20_000.0), "from the sidecar; EXR and TIFF hold metres"),
+        /// Byte order of a RAW file.
+        byte_order: Option<ByteOrder> = optional(choice([
+            ("little", "the least byte first (\"Windows\", \"PC\")", ByteOrder::Little),
+            ("big", "the greatest byte first (\"Mac\")", ByteOrder::Big),
+        ]), "from the sidecar, else \"little\""),
+        /// The edge that the first row is.
+        first_row: Option<FirstRow> = optional(choice([
+            ("north", "as in pictures", FirstRow::North),
+            ("south", "as Unity has it in RAW files", FirstRow::South),
+        ]), "from the sidecar, else \"north\""),
         /// How it joins what lies below it.
         combine: Combine = combine(),
         /// With `combine = "power"`: the height that the power leaves as it is.
@@ -252,8 +264,8 @@ fn combine() -> Choice<Combine> {
 }
 
 section! {
-    /// Maps that scale the processes from place to place: grey PNG (black 0, white 1) or EXR, stretched over the
-    /// terrain.
+    /// Maps that scale the processes from place to place: grey PNG or RAW (black 0, white 1), EXR or TIFF, stretched over
+    /// the terrain.
     struct Controls {
         /// Multiplies the rain.
         rain: Option<String> = file(),

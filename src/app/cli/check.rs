@@ -5,7 +5,7 @@ use crate::app::memory::{self, Goal, Limits, Needs, by_name, check_picture, larg
 use crate::app::report::Details;
 use crate::app::{Error, Session, land};
 use crate::core::memory::{Memory, mebibytes, total};
-use crate::terrain::schedule::Stage;
+use crate::terrain::{Plan, schedule::Stage};
 use crate::world::World;
 use clap::Args;
 use serde_json::json;
@@ -32,10 +32,10 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     if arguments.device.device.is_some() {
         limits = Limits::of(&land::open(&arguments.device, session)?);
     }
-    let goal = Goal::Picture(world.film);
-    let needs = Needs::of(&world.plan, &goal);
+    let goal = |_: &Plan| Goal::Picture(world.film);
+    let needs = Needs::of(&world.plan, &goal(&world.plan));
     // Only a limit makes a grid too large.
-    let largest = limits.device.and_then(|_| largest_grid(&world.plan, &goal, &limits));
+    let largest = limits.device.and_then(|_| largest_grid(&world.plan, goal, &limits));
     session.report.details = Some(Details::Plan(object(&world, &needs, largest)));
     let table = Table { world: &world, needs: &needs, largest };
     if !arguments.output.quiet && !arguments.output.json {
@@ -43,7 +43,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         let _ = write!(io::stdout().lock(), "{table}");
     }
     check_picture(&world.film)?;
-    memory::check(&world.plan, &goal, &limits)
+    memory::check(&world.plan, goal, &limits)
 }
 
 /// The plan for programs.

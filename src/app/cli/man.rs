@@ -106,6 +106,9 @@ Another island, with more rain:
 All of its layers as files of floats:
 \fBterrane export volcano.toml \-\-layer all \-o volcano/\fR
 .TP
+Its heights as Unreal Engine imports them:
+\fBterrane export volcano.toml \-\-preset unreal \-o unreal/\fR
+.TP
 What it takes, before it is made:
 \fBterrane check volcano.toml\fR
 "#;

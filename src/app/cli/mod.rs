@@ -90,6 +90,7 @@ fn after_help() -> String {
         "Examples:\n  terrane render island.toml -o island.png\n  \
          terrane render island.toml --set terrain.cells=256 --set erosion.hydraulic.rain=200\n  \
          terrane export island.toml --layer all -o island/\n  \
+         terrane export island.toml --preset unreal -o unreal/\n  \
          terrane check island.toml\n\nExit codes:\n{}",
         codes.join("\n")
     )

@@ -58,7 +58,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
-    memory::check(&world.plan, &Goal::Picture(film), &Limits::of(&gpu))?;
+    memory::check(&world.plan, |_| Goal::Picture(film), &Limits::of(&gpu))?;
     let renderer = Renderer::new(&gpu)?;
     let ground = land::simulate(&gpu, &world, session)?.land()?;
 
