@@ -348,6 +348,8 @@ fn terrane(folder: &TempDir, arguments: &[&str]) -> Output {
         .args(arguments)
         .current_dir(folder.path())
         .env("TERRANE_VALIDATION", "1")
+        // What other runs have left belongs to the user.
+        .env("TERRANE_CACHE", folder.path().join("cache"))
         .output()
         .unwrap()
 }

@@ -22,6 +22,8 @@ pub enum Error {
     Memory(String),
     #[error(transparent)]
     World(#[from] world::Error),
+    #[error("the cache is no use: {0}")]
+    Cache(#[from] world::cache::Error),
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
     #[error(transparent)]
@@ -29,12 +31,19 @@ pub enum Error {
     /// Vulkan was used wrongly.
     #[error("the Vulkan validation layer complains:\n{}", .0.join("\n"))]
     Validation(Vec<String>),
-    #[error("interrupted; {}", match written {
+    #[error("interrupted; {}{}", match written {
         0 => "no file was written".into(),
         written => format!("{written} files had been written, and are whole"),
+    }, match kept {
+        Some(Kept) => "; the land so far is kept, and the same command goes on from there",
+        None => "",
     })]
-    Interrupted { written: usize },
+    Interrupted { written: usize, kept: Option<Kept> },
 }
+
+/// The state of an unfinished simulation is in the cache.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept;
 
 /// What the process exits with, and why.
 pub const EXIT_CODES: &[(u8, &str)] = &[
@@ -63,7 +72,7 @@ impl Error {
                 gpu::Error::MemoryLimit { .. } | gpu::Error::OutOfMemory { .. } => 6,
                 gpu::Error::Vk { .. } => 1,
             },
-            Error::File(_) => 7,
+            Error::File(_) | Error::Cache(_) => 7,
             Error::Validation(_) => 1,
             Error::Interrupted { .. } => 130,
         }

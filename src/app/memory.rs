@@ -80,11 +80,8 @@ impl Needs {
         let samples = plan.grid.samples() as u64;
         let mut land = plan.memory();
         let mut picture = Vec::new();
-        // Heights are read back to see that they are none beyond all measure; controls go up as one image.
-        let mut host = vec![Memory { name: "heights", bytes: 4 * samples }];
-        if plan.controls.any() {
-            host.push(Memory { name: "controls", bytes: 16 * samples });
-        }
+        // The widest image on its way: controls to the device, what is kept for later runs from it.
+        let mut host = vec![Memory { name: "copies", bytes: 16 * samples }];
         match goal {
             Goal::Picture(film) => {
                 picture.push(plan.land_memory());

@@ -5,6 +5,7 @@ pub mod exr;
 pub mod file;
 pub mod png;
 pub mod raw;
+pub mod sealed;
 pub mod sidecar;
 pub mod tiff;
 mod window;

@@ -64,6 +64,8 @@ pub struct DeviceInfo {
     pub kind: DeviceKind,
     /// Name and version of the driver.
     pub driver: String,
+    /// Vendor, device, driver and the exact build of it, in hexadecimal: where it is the same, so are the bits of results.
+    pub identity: String,
     /// Version of Vulkan: major, minor, patch.
     pub vulkan: [u32; 3],
     /// Bytes of the largest device-local heap.
@@ -270,9 +272,12 @@ impl Instance {
 
     fn candidate(&self, index: usize, physical: vk::PhysicalDevice) -> Candidate {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut ids = vk::PhysicalDeviceIDProperties::default();
         let mut allocation = vk::PhysicalDeviceMaintenance3Properties::default();
-        let mut properties =
-            vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut allocation);
+        let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut driver)
+            .push_next(&mut ids)
+            .push_next(&mut allocation);
         // SAFETY: the physical device belongs to this instance; the chain is made of live structs that Vulkan 1.2
         // knows, and a device below that version leaves the ones it does not know untouched.
         unsafe { self.raw.get_physical_device_properties2(physical, &mut properties) };
@@ -305,6 +310,7 @@ impl Instance {
                 _ => DeviceKind::Other,
             },
             driver: format!("{} {}", text(&driver.driver_name), text(&driver.driver_info)).trim().to_owned(),
+            identity: identity(&properties, &ids),
             vulkan: [
                 vk::api_version_major(version),
                 vk::api_version_minor(version),
@@ -535,6 +541,14 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
+/// Drivers derive the UUIDs of pipeline cache and driver from their build: these change when generated code may.
+fn identity(properties: &vk::PhysicalDeviceProperties, ids: &vk::PhysicalDeviceIDProperties) -> String {
+    let numbers = [properties.vendor_id, properties.device_id, properties.driver_version];
+    let numbers = numbers.iter().flat_map(|number| number.to_be_bytes());
+    let uuids = properties.pipeline_cache_uuid.into_iter().chain(ids.driver_uuid).chain(ids.device_uuid);
+    numbers.chain(uuids).map(|byte| format!("{byte:02x}")).collect()
+}
+
 fn text(characters: &[c_char]) -> String {
     let bytes: Vec<u8> = characters.iter().take_while(|it| **it != 0).map(|it| *it as u8).collect();
     String::from_utf8_lossy(&bytes).into_owned()
@@ -550,6 +564,7 @@ mod tests {
             name: name.into(),
             kind,
             driver: String::new(),
+            identity: String::new(),
             vulkan: [1, 3, 0],
             memory: 0,
             max_image: 0,

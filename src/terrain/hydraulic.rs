@@ -6,9 +6,10 @@ use crate::{
     gpu::{self, Compute, Gpu, Recorder},
     shaders::terrain::{hydraulic_erode, hydraulic_flow, hydraulic_start, sediment_diffusion},
 };
+use serde::Serialize;
 
 /// One model; the paper's is a special case of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Params {
     /// Simulated time, model seconds.
     pub duration: f32,
@@ -56,14 +57,14 @@ pub struct Params {
     pub wet_memory: f32,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Pipes {
     Four,
     Eight,
 }
 
 /// Cross-section of a pipe of width b.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Section {
     /// b·D.
     Fixed,
@@ -72,7 +73,7 @@ pub enum Section {
 }
 
 /// The slope in the capacity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Slope {
     /// Central differences of the ground.
     Central,
@@ -80,7 +81,7 @@ pub enum Slope {
     Outflow,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Transport {
     /// Sediment leaves with the water that carries it; conservative.
     Flux,

@@ -6,8 +6,9 @@ use crate::{
     gpu::{self, Compute, Gpu, Recorder},
     shaders::terrain::{reef_carbon, reef_growth},
 };
+use serde::Serialize;
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Params {
     /// Step, years.
     pub step: f32,
@@ -34,13 +35,13 @@ pub struct Params {
 }
 
 /// The sea rises evenly by `rise` metres (falls where negative) over `duration` years.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Stage {
     pub duration: f32,
     pub rise: f32,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rubble {
     /// Angle of repose, radians.
     pub repose: f32,

@@ -5,6 +5,7 @@
 //! makers take, checked as a whole (`plan`). Nothing downstream checks again. The file itself is kept as a document
 //! ([`toml_edit`]): what changes it, `--set` first, edits that and keeps its comments.
 
+pub mod cache;
 mod fault;
 mod json_schema;
 mod keys;

@@ -86,6 +86,12 @@ fn synopsis(command: &Command, page: &mut Vec<u8>) -> io::Result<()> {
 /// What the arguments don't tell.
 const SECTIONS: &str = r#".SH ENVIRONMENT
 .TP
+\fBTERRANE_CACHE\fR
+Folder for what runs keep for later ones, in place of the user's cache folder.
+.TP
+\fBTERRANE_CACHE_LIMIT\fR
+Most that is kept, for example 20GiB. 8GiB if it is not set.
+.TP
 \fBTERRANE_VALIDATION\fR
 If set, the Vulkan validation layer watches the run, and any message of it is a failure.
 .SH FILES
@@ -95,6 +101,9 @@ A world. \fBterrane schema\fR prints what may stand in it.
 .TP
 \fIOUT\fR.json
 Beside every layer that is written: its range, unit, extent and world.
+.TP
+\fI~/.cache/terrane/land/\fR
+Land of earlier runs: another camera need not wait for it. \fBterrane cache\fR shows and clears it.
 .SH EXAMPLES
 .TP
 A picture of a world, twice the size that it asks for:

@@ -1,5 +1,6 @@
 //! The command line: `terrane VERB WORLD [-o OUT] …`, one file a verb.
 
+mod cache;
 mod check;
 mod completions;
 mod devices;
@@ -32,6 +33,7 @@ enum Verb {
     Export(export::Arguments),
     Check(check::Arguments),
     Devices(devices::Arguments),
+    Cache(cache::Arguments),
     Schema(schema::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
@@ -44,6 +46,7 @@ impl Cli {
             Verb::Export(arguments) => export::run(arguments, session),
             Verb::Check(arguments) => check::run(arguments, session),
             Verb::Devices(arguments) => devices::run(arguments, session),
+            Verb::Cache(arguments) => cache::run(arguments, session),
             Verb::Schema(arguments) => schema::run(arguments, session),
             Verb::Completions(arguments) => completions::run(arguments),
             Verb::Man(arguments) => man::run(arguments, session),
@@ -57,6 +60,7 @@ impl Cli {
             Verb::Export(_) => "export",
             Verb::Check(_) => "check",
             Verb::Devices(_) => "devices",
+            Verb::Cache(_) => "cache",
             Verb::Schema(_) => "schema",
             Verb::Completions(_) => "completions",
             Verb::Man(_) => "man",
@@ -78,6 +82,7 @@ impl Cli {
             Verb::Export(arguments) => Some(&arguments.output),
             Verb::Check(arguments) => Some(&arguments.output),
             Verb::Devices(arguments) => Some(&arguments.output),
+            Verb::Cache(arguments) => Some(&arguments.output),
             Verb::Schema(_) | Verb::Completions(_) | Verb::Man(_) => None,
         }
     }

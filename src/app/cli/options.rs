@@ -17,10 +17,9 @@ pub struct WorldOptions {
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
 
-    /// Simulate from the start, whatever earlier runs have left
-    // Nothing is kept between runs yet: accepted so that scripts written now go on to mean the same.
+    /// Simulate from the start, whatever earlier runs have left, and leave nothing
     #[arg(long)]
-    no_cache: bool,
+    pub no_cache: bool,
 }
 
 #[derive(Args)]
@@ -68,7 +67,7 @@ pub fn size(text: &str) -> Result<Size, String> {
 }
 
 /// Reads a size in bytes, KiB, MiB, GiB or TiB.
-fn bytes(text: &str) -> Result<u64, String> {
+pub fn bytes(text: &str) -> Result<u64, String> {
     let (number, unit) = text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len()));
     let shift = match unit.to_ascii_lowercase().as_str() {
         "" | "b" => 0,

@@ -140,9 +140,9 @@ fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
     let [width, height] = tiles.size(to).map(u64::from);
     let [from, to] = [from, to].map(u64::from);
     let channels: u64 = file.layers.iter().map(|layer| layer.channels().len() as u64).sum();
-    // All channels of the land, those of a tile in planes, and one layer as the device has it and half resampled.
+    // All channels of the land, those of a tile in planes, and one layer half resampled.
     let resampled = if to == from { 0 } else { 16 * from * to };
-    4 * channels * (to * to + width * height) + 16 * from * from + resampled
+    4 * channels * (to * to + width * height) + resampled
 }
 
 /// Reads the name of a layer, or `all`.
