@@ -45,9 +45,21 @@ pub enum Error {
 #[derive(Clone, Copy, Debug)]
 pub struct Kept;
 
+/// What the process exits with, and why.
+pub const EXIT_CODES: &[(u8, &str)] = &[
+    (0, "all went well"),
+    (1, "something else failed"),
+    (2, "the arguments make no sense"),
+    (3, "something in the world file or an option is wrong"),
+    (4, "no such device, or no driver"),
+    (5, "the device was lost"),
+    (6, "not enough memory"),
+    (7, "a file can't be read or written"),
+    (130, "interrupted; files that had been written are whole"),
+];
+
 impl Error {
-    /// 1 other · 2 usage · 3 something the user wrote is wrong · 4 no such device, no driver · 5 device lost · 6 memory ·
-    /// 7 input and output · 130 interrupted.
+    /// One of [`EXIT_CODES`].
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => 2,

@@ -9,7 +9,7 @@ mod memory;
 mod progress;
 mod report;
 
-pub use error::Error;
+pub use error::{EXIT_CODES, Error};
 
 use crate::gpu::MessageLog;
 use crate::world::cache::Cache;

@@ -72,6 +72,8 @@ pub struct DeviceInfo {
     pub memory: u64,
     /// Largest width and height of an image.
     pub max_image: u32,
+    /// Bytes of the largest single allocation.
+    pub max_allocation: u64,
     /// What terrane needs and the device lacks; empty if it can be used.
     pub missing: Vec<&'static str>,
 }
@@ -271,8 +273,11 @@ impl Instance {
     fn candidate(&self, index: usize, physical: vk::PhysicalDevice) -> Candidate {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut ids = vk::PhysicalDeviceIDProperties::default();
-        let mut properties =
-            vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut ids);
+        let mut allocation = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut driver)
+            .push_next(&mut ids)
+            .push_next(&mut allocation);
         // SAFETY: the physical device belongs to this instance; the chain is made of live structs that Vulkan 1.2
         // knows, and a device below that version leaves the ones it does not know untouched.
         unsafe { self.raw.get_physical_device_properties2(physical, &mut properties) };
@@ -319,6 +324,7 @@ impl Instance {
                 .max()
                 .unwrap_or(0),
             max_image: properties.limits.max_image_dimension2_d,
+            max_allocation: allocation.max_memory_allocation_size,
             missing,
         };
         Candidate {
@@ -476,8 +482,8 @@ fn default_limit(info: &DeviceInfo) -> u64 {
     available / 5 * 4
 }
 
-/// `MemAvailable` where the system tells it.
-fn free_ram() -> Option<u64> {
+/// Free memory of this machine, bytes, where the system tells it.
+pub fn free_ram() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
@@ -562,6 +568,7 @@ mod tests {
             vulkan: [1, 3, 0],
             memory: 0,
             max_image: 0,
+            max_allocation: 0,
             missing: missing.to_vec(),
         }
     }

@@ -7,6 +7,7 @@
 
 pub mod cache;
 mod fault;
+mod json_schema;
 mod keys;
 mod kinds;
 mod place;
@@ -15,6 +16,7 @@ mod reference;
 pub mod schema;
 mod settings;
 
+pub use json_schema::json_schema;
 pub use place::KeyPath;
 pub use reference::reference;
 

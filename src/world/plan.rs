@@ -186,14 +186,7 @@ impl Check<'_> {
                 return None;
             }
         };
-        let Some(path) = &heightmap.file else {
-            self.refuse(
-                &[file],
-                Complaint::new("is missing", "a heightmap needs the path of a PNG, RAW, EXR or TIFF")
-                    .about_key(),
-            );
-            return None;
-        };
+        let path = heightmap.file.as_ref()?;
         let hints = Hints { byte_order: heightmap.byte_order, first_row: heightmap.first_row };
         let raw = matches!(formats::extension(Path::new(path)).as_str(), "raw" | "r16");
         if hints.byte_order.is_some() && !raw {

@@ -108,6 +108,7 @@ fn triangulate(
 ) -> Result<Triangulation, Error> {
     const STAGE: &str = "mesh";
     interrupt::check(&session.report)?;
+    session.progress.show(STAGE, 0, 1);
     let triangulation = if largest_error == 0.0 {
         Triangulation::full(heights, size)
     } else {

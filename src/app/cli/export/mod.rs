@@ -8,15 +8,12 @@ mod request;
 mod tiles;
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
-use crate::app::memory::check_device;
+use crate::app::memory::{self, Goal, Limits};
 use crate::app::{Error, Session, interrupt, land};
-use crate::core::memory::total;
 use crate::formats::raw::ByteOrder;
-use crate::raster;
-use crate::terrain::Layer as Simulated;
-use crate::world::World;
+use crate::terrain::{Layer as Simulated, Plan};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use files::Land;
 use layers::{Layer, Source};
 use preset::Preset;
@@ -30,9 +27,6 @@ const MAX_CELLS: u32 = (1 << 14) + 1;
 /// Write layers of the finished land: height, water, slope, …
 #[derive(Args)]
 pub struct Arguments {
-    #[command(flatten)]
-    world: WorldOptions,
-
     /// Layers to write, `all` that the world has, or `mesh` [default: height, or mesh where OUT is one]
     ///
     /// height, water, sediment, wear, deposit and reef in m, flow in m³/s, slope in degrees, normal = world (x, −z, y)·½ + ½,
@@ -45,7 +39,7 @@ pub struct Arguments {
     ///
     /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one; .glb, .ply or .obj for the mesh, which is
     /// terrain.glb in a folder.
-    #[arg(short, value_name = "OUT")]
+    #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
 
     /// Kind of the files in a folder [default: exr]
@@ -76,6 +70,8 @@ pub struct Arguments {
     #[arg(long)]
     flip: bool,
 
+    #[command(flatten)]
+    world: WorldOptions,
     #[command(flatten)]
     device: DeviceOptions,
     #[command(flatten)]
@@ -111,7 +107,12 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
-    check_device("the land", bytes_needed(&world, &request), "terrain.cells", gpu.memory().limit)?;
+    // Without another number of samples, files have those of the land.
+    let written = |plan: &Plan| match request.cells {
+        cells if cells == world.plan.grid.cells => plan.grid.cells,
+        cells => cells,
+    };
+    memory::check(&world.plan, |plan| goal(plan, &request, written(plan)), &Limits::of(&gpu))?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let Request { cells, tiles, preset, .. } = request;
     let land = Land::new(&arguments.world, &world, &simulation, cells, tiles, preset);
@@ -135,11 +136,28 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     Ok(())
 }
 
-/// Device memory: the simulation stays to the end, and what the renderer draws of it is beside it.
-fn bytes_needed(world: &World, request: &Request) -> u64 {
+/// What the layers, of `cells` samples along a side, take of memory beside the simulation, which stays to the end.
+fn goal(plan: &Plan, request: &Request, cells: u32) -> Goal {
     let drawn = request.layers().any(|layer| !layer.is_simulated());
-    let maps = if drawn { total(&raster::memory::maps(world.plan.grid)) } else { 0 };
-    total(&world.plan.memory()) + maps
+    let source = if drawn { memory::Source::Renderer } else { memory::Source::Simulation };
+    let files =
+        request.contents.iter().map(|content| host_bytes(content, request.tiles, plan.grid.cells, cells));
+    let file = files.max().unwrap_or(0);
+    Goal::Layers(memory::Layers { source, file })
+}
+
+/// Memory of the host while a file of `to` samples along a side of all tiles is made from a land of `from`.
+fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
+    let [width, height] = tiles.size(to).map(u64::from);
+    let [from, to] = [from, to].map(u64::from);
+    let channels: u64 = match content {
+        Content::Layers(file) => file.layers.iter().map(|layer| layer.channels().len() as u64).sum(),
+        // The height; how many triangles it takes is known when they are made, and bounded then.
+        Content::Mesh(_) => 1,
+    };
+    // All channels of the land, those of a tile in planes, and one layer half resampled.
+    let resampled = if to == from { 0 } else { 16 * from * to };
+    4 * channels * (to * to + width * height) + resampled
 }
 
 /// Reads the name of a layer, `all` or `mesh`.
