@@ -7,7 +7,7 @@
 #include "lib/combine.glsl"
 #include "lib/grid.glsl"
 
-layout(local_size_x = 64, local_size_y = 1) in;
+layout(local_size_x = 128, local_size_y = 1) in;
 layout(binding = 0, r32f) uniform image2D height;
 layout(push_constant, scalar) uniform Push {
     vec2 origin; // of cell (0, 0), from the cone's centre

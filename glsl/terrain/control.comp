@@ -7,7 +7,7 @@
 #include "lib/grid.glsl"
 #include "lib/sample.glsl"
 
-layout(local_size_x = 64, local_size_y = 1) in;
+layout(local_size_x = 128, local_size_y = 1) in;
 layout(binding = 0, rgba32f) uniform image2D controls;
 layout(binding = 1, r32f) uniform readonly image2D raster;
 layout(push_constant, scalar) uniform Push { uint channel; } push;

@@ -8,7 +8,7 @@
 #include "lib/grid.glsl"
 #include "lib/hash.glsl"
 
-layout(local_size_x = 64, local_size_y = 1) in;
+layout(local_size_x = 128, local_size_y = 1) in;
 layout(binding = 0, r32f) uniform image2D points;
 // Corners, squares, diamonds.
 layout(constant_id = 0) const uint PHASE = 0;

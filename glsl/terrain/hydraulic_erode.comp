@@ -1,4 +1,5 @@
 #version 460
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 
@@ -7,22 +8,20 @@
 
 #include "lib/pipes.glsl"
 
-layout(local_size_x = 64, local_size_y = 1) in;
-layout(constant_id = 2) const bool SEMI_LAGRANGIAN = false;
+layout(local_size_x = 128, local_size_y = 1) in;
 
 layout(binding = 0, r32f) uniform readonly image2D height_in;
 layout(binding = 1, r32f) uniform writeonly image2D height_out;
 layout(binding = 2, r32f) uniform readonly image2D start;
 layout(binding = 3, r32f) uniform image2D change;
-layout(binding = 4, rgba32f) uniform readonly image2D water_in; // depth, sediment per unit of flux, discharge, wetness
-layout(binding = 5, rgba32f) uniform writeonly image2D water_out;
+layout(binding = 4, rgba32f) uniform readonly image2D water_in; // as water_out
+layout(binding = 5, rgba32f) uniform writeonly image2D water_out; // depth; sediment per unit of flux and discharge, or velocity; wetness
 layout(binding = 6, r32f) uniform readonly image2D sediment_in;
 layout(binding = 7, r32f) uniform writeonly image2D sediment_out;
 layout(binding = 8, rgba32f) uniform readonly image2D axis;
 layout(binding = 9, rgba32f) uniform readonly image2D diagonal;
 layout(binding = 10, r32f) uniform readonly image2D slope;
-layout(binding = 11, rg32f) uniform writeonly image2D velocity;
-layout(binding = 12, rgba32f) uniform readonly image2D controls;
+layout(binding = 11, rgba32f) uniform readonly image2D controls;
 layout(push_constant, scalar) uniform Push {
     float cell_size;
     float time_step;
@@ -48,99 +47,115 @@ layout(push_constant, scalar) uniform Push {
 const float DRY = 1e-6;
 const float LARGEST_MIXING = 0.2;
 
+// Discharge of the cells of a row, m²/s.
+vec3 discharge(mat4x3 water) {
+    precise vec3 squared = water[1] * water[1] + water[2] * water[2];
+    return SEMI_LAGRANGIAN ? sqrt(squared) * water[0] : water[2];
+}
+
 void main() {
-    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 first = first_cell();
     ivec2 size = imageSize(height_in);
-    if (outside(cell, size)) return;
+    if (outside(first, size)) return;
 
-    Stencil at = stencil(cell, size);
-    float ground = imageLoad(height_in, cell).x;
-    vec4 own = imageLoad(water_in, cell);
-    mat4 water = AXIS4(water_in, at);
-    float rain = push.rain;
-    float erodibility = 1.0;
-    float mask = 1.0;
-    vec4 mask_axis = vec4(1.0);
-    if (CONTROLS) {
-        vec4 control = imageLoad(controls, cell);
-        rain *= control.x;
-        erodibility = control.y;
-        mask = control.z;
-        mask_axis = min(vec4(mask), AXIS4(controls, at)[2]);
+    vec3 height[ROWS + 2];
+    mat4x3 water[ROWS + 2];
+    vec3 suspension[ROWS + 2];
+    Outflow outflow[ROWS + 2];
+    vec3 mask[ROWS + 2];
+    [[unroll]] for (int j = 0; j < ROWS + 2; ++j) {
+        Row at = row(first, j, size);
+        height[j] = ROW(height_in, at);
+        water[j] = ROW4(water_in, at);
+        suspension[j] = ROW(sediment_in, at);
+        outflow[j] = OUTFLOW(axis, diagonal, at);
+        mask[j] = CONTROLS ? ROW4(controls, at)[2] : vec3(1.0);
     }
-    bool sea = ground < push.sea_level;
-    float depth = rained(own.x, ground, rain, push.sea_level);
 
-    // Suspended sediment diffuses between wet cells (18, as a conservative exchange).
-    float sediment = imageLoad(sediment_in, cell).x;
-    bvec4 wet = greaterThan(min(vec4(own.x), water[0]), vec4(DRY));
-    precise vec4 rise = AXIS(sediment_in, at) - sediment;
-    precise float diffused = sediment + push.sediment_mixing * sum(mix(vec4(0.0), rise, wet));
+    [[unroll]] for (int j = 1; j <= ROWS; ++j) {
+        ivec2 cell = first + ivec2(0, j - 1);
+        ivec2 own = min(cell, size - 1); // for loads: the last block may reach beyond the grid
+        Stencil at = stencil(cell, size);
+        float ground = height[j].y;
+        float wetness = water[j][3].y;
+        vec2 control = CONTROLS ? imageLoad(controls, own).xy : vec2(1.0);
+        bool sea = ground < push.sea_level;
+        float depth = rained(water[j][0].y, ground, push.rain * control.x, push.sea_level);
 
-    // The bed creeps, and rivers wear their banks.
-    vec4 mixing = min(vec4(LARGEST_MIXING), push.creep_mixing + push.bank_mixing * (own.z + water[2])) * mask_axis;
-    vec4 beside = AXIS(height_in, at);
-    precise vec4 slide = mixing * (beside - ground);
-    precise float crept = imageLoad(change, cell).x + sum(slide);
+        // Suspended sediment diffuses between wet cells (18, as a conservative exchange).
+        float sediment = suspension[j].y;
+        vec4 depth_axis = axis_of(water[j - 1][0], water[j][0], water[j + 1][0]);
+        bvec4 wet = greaterThan(min(vec4(water[j][0].y), depth_axis), vec4(DRY));
+        precise vec4 rise = axis_of(suspension[j - 1], suspension[j], suspension[j + 1]) - sediment;
+        precise float diffused = sediment + push.sediment_mixing * sum(mix(vec4(0.0), rise, wet));
 
-    // Depth (10).
-    vec4 out_axis = imageLoad(axis, cell);
-    vec4 in_axis = AXIS_INFLOW(axis, at);
-    vec4 out_diagonal = vec4(0.0);
-    vec4 in_diagonal = vec4(0.0);
-    if (PIPES == 8u) {
-        out_diagonal = imageLoad(diagonal, cell);
-        in_diagonal = DIAGONAL_INFLOW(diagonal, at);
-    }
-    float area = push.cell_size * push.cell_size;
-    precise float gained = sum(in_axis, in_diagonal) - sum(out_axis, out_diagonal);
-    precise float flowed = max(0.0, depth + push.time_step / area * gained);
-    flowed = sea ? depth : flowed;
+        // The bed creeps, and rivers wear their banks.
+        vec3 own_discharge = discharge(water[j]);
+        vec4 discharge_axis = axis_of(discharge(water[j - 1]), own_discharge, discharge(water[j + 1]));
+        vec4 mask_axis = min(vec4(mask[j].y), axis_of(mask[j - 1], mask[j], mask[j + 1]));
+        vec4 mixing =
+            min(vec4(LARGEST_MIXING), push.creep_mixing + push.bank_mixing * (own_discharge.y + discharge_axis)) * mask_axis;
+        vec4 beside = axis_of(height[j - 1], height[j], height[j + 1]);
+        precise vec4 slide = mixing * (beside - ground);
+        precise float crept = imageLoad(change, own).x + sum(slide);
 
-    // Velocity (13, 14): the discharge through the middle of the cell over the mean depth.
-    precise vec4 net = out_axis - in_axis;
-    precise vec4 net_diagonal = out_diagonal - in_diagonal;
-    precise float east = (net.y - net.x) + ((net_diagonal.y + net_diagonal.w) - (net_diagonal.x + net_diagonal.z));
-    precise float south = (net.w - net.z) + ((net_diagonal.z + net_diagonal.w) - (net_diagonal.x + net_diagonal.y));
-    precise float both = depth + flowed;
-    float per_speed = both > 2.0 * DRY ? 1.0 / (push.cell_size * both) : 0.0;
-    precise float squared = east * east + south * south;
-    float speed = min(sqrt(squared) * per_speed, push.max_speed);
-    float mean_depth = 0.5 * both;
+        // Depth (10).
+        vec4 out_axis = outflow[j].axis;
+        vec4 out_diagonal = outflow[j].diagonal;
+        vec4 in_axis = axis_inflow(outflow[j - 1], outflow[j], outflow[j + 1], at.axis);
+        vec4 in_diagonal = diagonal_inflow(outflow[j - 1], outflow[j], outflow[j + 1], at.diagonal);
+        float area = push.cell_size * push.cell_size;
+        precise float gained = sum(in_axis, in_diagonal) - sum(out_axis, out_diagonal);
+        precise float flowed = max(0.0, depth + push.time_step / area * gained);
+        flowed = sea ? depth : flowed;
 
-    // Capacity (11, 12), with a ramp over the depth; rivers lose it in the sea.
-    float steepness = imageLoad(slope, cell).x;
-    float sine = max(push.min_slope, steepness / sqrt(1.0 + steepness * steepness));
-    float ramp = clamp((mean_depth - push.ramp_start) * push.ramp, 0.0, 1.0);
-    float fade = sea ? clamp(1.0 - (push.sea_level - ground) * push.sea_fade, 0.0, 1.0) : 1.0;
-    float capacity = push.capacity * speed * sine * ramp * fade;
+        // Velocity (13, 14): the discharge through the middle of the cell over the mean depth.
+        precise vec4 net = out_axis - in_axis;
+        precise vec4 net_diagonal = out_diagonal - in_diagonal;
+        precise float east = (net.y - net.x) + ((net_diagonal.y + net_diagonal.w) - (net_diagonal.x + net_diagonal.z));
+        precise float south = (net.w - net.z) + ((net_diagonal.z + net_diagonal.w) - (net_diagonal.x + net_diagonal.y));
+        precise float both = depth + flowed;
+        float per_speed = both > 2.0 * DRY ? 1.0 / (push.cell_size * both) : 0.0;
+        precise float squared = east * east + south * south;
+        float speed = min(sqrt(squared) * per_speed, push.max_speed);
+        float mean_depth = 0.5 * both;
 
-    // Wear or fill (15, 16), but neither below all neighbours nor above them: no constants dig a hole or pile a tower.
-    // Only what left the ground arrives in the water, to the last bit that e can hold.
-    float lack = capacity - diffused;
-    float taken = lack > 0.0 ? push.erosion * erodibility * lack : push.deposition * lack;
-    taken = clamp(taken * mask, -push.max_change, push.max_change);
-    vec4 across = DIAGONAL(height_in, at);
-    float before = imageLoad(start, cell).x + crept;
-    float most = max(0.0, before - min(ground, min4(min(beside, across))));
-    float least = min(0.0, before - max(ground, max4(max(beside, across))));
-    taken = clamp(taken, least, most);
-    precise float e = crept - taken;
-    precise float suspended = diffused + (crept - e);
-    precise float worn = imageLoad(start, cell).x + e;
+        // Capacity (11, 12), with a ramp over the depth; rivers lose it in the sea.
+        float steepness = OUTFLOW_SLOPE ? imageLoad(slope, own).x : gradient(beside, push.cell_size);
+        float sine = max(push.min_slope, steepness / sqrt(1.0 + steepness * steepness));
+        float ramp = clamp((mean_depth - push.ramp_start) * push.ramp, 0.0, 1.0);
+        float fade = sea ? clamp(1.0 - (push.sea_level - ground) * push.sea_fade, 0.0, 1.0) : 1.0;
+        float capacity = push.capacity * speed * sine * ramp * fade;
 
-    // Evaporation (19); the sea stays full.
-    precise float dried = flowed - flowed * push.evaporation;
-    float left = worn < push.sea_level ? push.sea_level - worn : dried;
-    float wetness = clamp(own.w + (left > push.wet_depth ? push.time_step : -push.time_step), 0.0, push.wet_memory);
-    float per_flux = depth > DRY ? push.time_step / (area * depth) * suspended : 0.0;
+        // Wear or fill (15, 16), but neither below all neighbours nor above them: no constants dig a hole or pile a tower.
+        // Only what left the ground arrives in the water, to the last bit that e can hold.
+        float lack = capacity - diffused;
+        float taken = lack > 0.0 ? push.erosion * control.y * lack : push.deposition * lack;
+        taken = clamp(taken * mask[j].y, -push.max_change, push.max_change);
+        vec4 across = diagonal_of(height[j - 1], height[j], height[j + 1]);
+        float before = imageLoad(start, own).x + crept;
+        float most = max(0.0, before - min(ground, min4(min(beside, across))));
+        float least = min(0.0, before - max(ground, max4(max(beside, across))));
+        taken = clamp(taken, least, most);
+        precise float e = crept - taken;
+        precise float suspended = diffused + (crept - e);
+        precise float worn = imageLoad(start, own).x + e;
 
-    imageStore(change, cell, vec4(e));
-    imageStore(height_out, cell, vec4(worn));
-    imageStore(sediment_out, cell, vec4(suspended));
-    imageStore(water_out, cell, vec4(left, per_flux, speed * mean_depth, wetness));
-    if (SEMI_LAGRANGIAN) {
-        float slowed = squared > 0.0 ? speed * inversesqrt(squared) : 0.0;
-        imageStore(velocity, cell, vec4(east * slowed, south * slowed, 0.0, 0.0));
+        // Evaporation (19); the sea stays full.
+        precise float dried = flowed - flowed * push.evaporation;
+        float left = worn < push.sea_level ? push.sea_level - worn : dried;
+        wetness = clamp(wetness + (left > push.wet_depth ? push.time_step : -push.time_step), 0.0, push.wet_memory);
+        float per_flux = depth > DRY ? push.time_step / (area * depth) * suspended : 0.0;
+        vec2 flow = vec2(per_flux, speed * mean_depth);
+        if (SEMI_LAGRANGIAN) {
+            float slowed = squared > 0.0 ? speed * inversesqrt(squared) : 0.0;
+            flow = vec2(east * slowed, south * slowed);
+        }
+        if (cell.y < size.y) {
+            imageStore(change, cell, vec4(e));
+            imageStore(height_out, cell, vec4(worn));
+            imageStore(sediment_out, cell, vec4(suspended));
+            imageStore(water_out, cell, vec4(left, flow, wetness));
+        }
     }
 }

@@ -1,4 +1,5 @@
 #version 460
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 
@@ -7,19 +8,15 @@
 
 #include "lib/pipes.glsl"
 
-layout(local_size_x = 64, local_size_y = 1) in;
+layout(local_size_x = 128, local_size_y = 1) in;
 // Outside an open rim lies dry ground at the rim's own height.
-layout(constant_id = 2) const bool OPEN = false;
+layout(constant_id = 4) const bool OPEN = false;
 // Cross-section of a pipe per width: the whole pipe depth, or as much of it as the flow fills.
-layout(constant_id = 3) const bool FIXED_SECTION = false;
-layout(constant_id = 4) const bool DRAG = true;
-// The slope in the capacity: of the ground by central differences, or the drop of the water surface weighted by outflow.
-layout(constant_id = 5) const bool CENTRAL_SLOPE = false;
-// Sediment leaves with the water, or is traced back along the velocity.
-layout(constant_id = 6) const bool SEMI_LAGRANGIAN = false;
+layout(constant_id = 5) const bool FIXED_SECTION = false;
+layout(constant_id = 6) const bool DRAG = true;
 
 layout(binding = 0, r32f) uniform readonly image2D height;
-layout(binding = 1, rgba32f) uniform readonly image2D water; // depth, sediment per unit of flux, discharge, wetness
+layout(binding = 1, rgba32f) uniform readonly image2D water; // depth; sediment per unit of flux, or velocity
 layout(binding = 2, r32f) uniform readonly image2D sediment_in;
 layout(binding = 3, r32f) uniform writeonly image2D sediment_out;
 layout(binding = 4, rgba32f) uniform readonly image2D axis_in;
@@ -27,8 +24,7 @@ layout(binding = 5, rgba32f) uniform writeonly image2D axis_out;
 layout(binding = 6, rgba32f) uniform readonly image2D diagonal_in;
 layout(binding = 7, rgba32f) uniform writeonly image2D diagonal_out;
 layout(binding = 8, r32f) uniform writeonly image2D slope;
-layout(binding = 9, rg32f) uniform readonly image2D velocity;
-layout(binding = 10, rgba32f) uniform readonly image2D controls;
+layout(binding = 9, rgba32f) uniform readonly image2D controls;
 layout(push_constant, scalar) uniform Push {
     float cell_size;
     float time_step;
@@ -59,89 +55,104 @@ vec4 accelerate(vec4 flux, float ground, float surface, vec4 ground_n, vec4 surf
     return width * discharge;
 }
 
+// Sediment a time step ago where the water of a cell comes from (17): at most one cell away, so that the bilinear sample is
+// a weighted mean of the neighbourhood.
+float traced_back(vec2 velocity, vec3 north, vec3 own, vec3 south) {
+    precise vec2 back = -velocity * push.time_step / push.cell_size;
+    vec2 before = max(-back, vec2(0.0));
+    vec2 after = max(back, vec2(0.0));
+    vec2 stay = 1.0 - abs(back);
+    vec4 weight_axis = vec4(before.x * stay.y, after.x * stay.y, stay.x * before.y, stay.x * after.y);
+    vec4 weight_diagonal = vec4(before.x * before.y, after.x * before.y, before.x * after.y, after.x * after.y);
+    precise float moved = stay.x * stay.y * own.y
+        + sum(weight_axis * axis_of(north, own, south), weight_diagonal * diagonal_of(north, own, south));
+    return moved;
+}
+
 void main() {
-    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 first = first_cell();
     ivec2 size = imageSize(height);
-    if (outside(cell, size)) return;
+    if (outside(first, size)) return;
 
-    Stencil at = stencil(cell, size);
-    float ground = imageLoad(height, cell).x;
-    vec4 own = imageLoad(water, cell);
-    vec4 ground_axis = AXIS(height, at);
-    vec4 ground_diagonal = DIAGONAL(height, at);
-    mat4 water_axis = AXIS4(water, at);
-    mat4 water_diagonal = DIAGONAL4(water, at);
-    vec4 axis = imageLoad(axis_in, cell);
-    vec4 diagonal = PIPES == 8u ? imageLoad(diagonal_in, cell) : vec4(0.0);
-
-    // Transport (17).
-    float sediment = imageLoad(sediment_in, cell).x;
-    if (SEMI_LAGRANGIAN) {
-        // At most one cell far, so that the bilinear sample is a weighted mean of the neighbourhood.
-        precise vec2 back = -imageLoad(velocity, cell).xy * push.time_step / push.cell_size;
-        vec2 before = max(-back, vec2(0.0));
-        vec2 after = max(back, vec2(0.0));
-        vec2 stay = 1.0 - abs(back);
-        vec4 weight_axis = vec4(before.x * stay.y, after.x * stay.y, stay.x * before.y, stay.x * after.y);
-        vec4 weight_diagonal = vec4(before.x * before.y, after.x * before.y, before.x * after.y, after.x * after.y);
-        precise float moved = stay.x * stay.y * sediment
-            + sum(weight_axis * AXIS(sediment_in, at), weight_diagonal * DIAGONAL(sediment_in, at));
-        sediment = moved;
-    } else {
-        vec4 into_axis = AXIS_INFLOW(axis_in, at) * water_axis[1];
-        vec4 into_diagonal = PIPES == 8u ? DIAGONAL_INFLOW(diagonal_in, at) * water_diagonal[1] : vec4(0.0);
-        precise float carried = max(0.0, sediment - own.y * sum(axis, diagonal)) + sum(into_axis, into_diagonal);
-        sediment = carried;
+    vec3 ground[ROWS + 2];
+    mat4x3 waters[ROWS + 2];
+    vec3 suspended[ROWS + 2];
+    vec3 surface[ROWS + 2]; // after the rain (6)
+    vec3 depth[ROWS + 2];
+    Outflow last[ROWS + 2];
+    [[unroll]] for (int j = 0; j < ROWS + 2; ++j) {
+        Row at = row(first, j, size);
+        ground[j] = ROW(height, at);
+        waters[j] = ROW4(water, at);
+        suspended[j] = ROW(sediment_in, at);
+        last[j] = OUTFLOW(axis_in, diagonal_in, at);
+        vec3 rain = vec3(push.rain);
+        if (CONTROLS) rain *= ROW(controls, at);
+        bvec3 sea = lessThan(ground[j], vec3(push.sea_level));
+        depth[j] = mix(waters[j][0] + rain, push.sea_level - ground[j], sea);
+        surface[j] = mix(ground[j] + (waters[j][0] + rain), vec3(push.sea_level), sea);
     }
 
-    // Rain (6).
-    float rain = push.rain;
-    vec4 rain_axis = vec4(push.rain);
-    vec4 rain_diagonal = vec4(push.rain);
-    if (CONTROLS) {
-        rain *= imageLoad(controls, cell).x;
-        rain_axis *= AXIS(controls, at);
-        rain_diagonal *= DIAGONAL(controls, at);
-    }
-    float depth = rained(own.x, ground, rain, push.sea_level);
-    float surface = ground < push.sea_level ? push.sea_level : ground + depth;
-    vec4 surface_axis = mix(ground_axis + (water_axis[0] + rain_axis), vec4(push.sea_level),
-                            lessThan(ground_axis, vec4(push.sea_level)));
-    vec4 surface_diagonal = mix(ground_diagonal + (water_diagonal[0] + rain_diagonal), vec4(push.sea_level),
-                                lessThan(ground_diagonal, vec4(push.sea_level)));
-    float steepest = DRAG ? gradient(surface_axis, push.cell_size) : 0.0;
-    if (OPEN) {
-        ground_axis = mix(vec4(ground), ground_axis, at.axis);
-        ground_diagonal = mix(vec4(ground), ground_diagonal, at.diagonal);
-        surface_axis = mix(vec4(ground), surface_axis, at.axis);
-        surface_diagonal = mix(vec4(ground), surface_diagonal, at.diagonal);
-    }
+    [[unroll]] for (int j = 1; j <= ROWS; ++j) {
+        ivec2 cell = first + ivec2(0, j - 1);
+        Stencil at = stencil(cell, size);
 
-    // Flow (7, 8). Eight pipes have the widths that make them isotropic.
-    float l = push.cell_size;
-    axis = accelerate(axis, ground, surface, ground_axis, surface_axis, steepest, l, PIPES == 8u ? 2.0 / 3.0 * l : l);
-    if (PIPES == 8u) {
-        diagonal = accelerate(diagonal, ground, surface, ground_diagonal, surface_diagonal, steepest, SQRT2 * l, SQRT2 / 6.0 * l);
-    }
-    axis = mix(vec4(0.0), axis, OPEN ? bvec4(true) : at.axis);
-    diagonal = mix(vec4(0.0), diagonal, OPEN ? bvec4(true) : at.diagonal);
+        // Transport (17).
+        float sediment;
+        if (SEMI_LAGRANGIAN) {
+            vec2 velocity = vec2(waters[j][1].y, waters[j][2].y);
+            sediment = traced_back(velocity, suspended[j - 1], suspended[j], suspended[j + 1]);
+        } else {
+            vec4 into_axis = axis_inflow(last[j - 1], last[j], last[j + 1], at.axis)
+                * axis_of(waters[j - 1][1], waters[j][1], waters[j + 1][1]);
+            vec4 into_diagonal = diagonal_inflow(last[j - 1], last[j], last[j + 1], at.diagonal)
+                * diagonal_of(waters[j - 1][1], waters[j][1], waters[j + 1][1]);
+            precise float carried =
+                max(0.0, suspended[j].y - waters[j][1].y * sum(last[j].axis, last[j].diagonal)) + sum(into_axis, into_diagonal);
+            sediment = carried;
+        }
 
-    // No cell gives more than it has (9).
-    float outflow = sum(axis, diagonal);
-    float available = depth * (l * l / push.time_step);
-    float share = outflow > available ? available / outflow : 1.0;
-    imageStore(axis_out, cell, axis * share);
-    if (PIPES == 8u) imageStore(diagonal_out, cell, diagonal * share);
-    imageStore(sediment_out, cell, vec4(sediment));
+        float own_ground = ground[j].y;
+        float own_surface = surface[j].y;
+        vec4 ground_axis = axis_of(ground[j - 1], ground[j], ground[j + 1]);
+        vec4 ground_diagonal = diagonal_of(ground[j - 1], ground[j], ground[j + 1]);
+        vec4 surface_axis = axis_of(surface[j - 1], surface[j], surface[j + 1]);
+        vec4 surface_diagonal = diagonal_of(surface[j - 1], surface[j], surface[j + 1]);
+        float steepest = DRAG ? gradient(surface_axis, push.cell_size) : 0.0;
+        if (OPEN) {
+            ground_axis = mix(vec4(own_ground), ground_axis, at.axis);
+            ground_diagonal = mix(vec4(own_ground), ground_diagonal, at.diagonal);
+            surface_axis = mix(vec4(own_ground), surface_axis, at.axis);
+            surface_diagonal = mix(vec4(own_ground), surface_diagonal, at.diagonal);
+        }
 
-    float steepness = 0.0;
-    if (CENTRAL_SLOPE) {
-        steepness = gradient(AXIS(height, at), l);
-    } else {
-        precise vec4 fall_axis = axis * (surface - surface_axis);
-        precise vec4 fall_diagonal = diagonal * (surface - surface_diagonal) * (1.0 / SQRT2);
-        precise float fall = sum(fall_axis, fall_diagonal);
-        steepness = outflow > 0.0 ? max(0.0, fall) / (l * outflow) : 0.0;
+        // Flow (7, 8). Eight pipes have the widths that make them isotropic.
+        float l = push.cell_size;
+        vec4 axis = accelerate(last[j].axis, own_ground, own_surface, ground_axis, surface_axis, steepest, l,
+                               PIPES == 8u ? 2.0 / 3.0 * l : l);
+        axis = mix(vec4(0.0), axis, OPEN ? bvec4(true) : at.axis);
+        vec4 diagonal = vec4(0.0);
+        if (PIPES == 8u) {
+            diagonal = accelerate(last[j].diagonal, own_ground, own_surface, ground_diagonal, surface_diagonal, steepest,
+                                  SQRT2 * l, SQRT2 / 6.0 * l);
+            diagonal = mix(vec4(0.0), diagonal, OPEN ? bvec4(true) : at.diagonal);
+        }
+
+        // No cell gives more than it has (9).
+        float outflow = sum(axis, diagonal);
+        float available = depth[j].y * (l * l / push.time_step);
+        float share = outflow > available ? available / outflow : 1.0;
+
+        if (cell.y < size.y) {
+            imageStore(axis_out, cell, axis * share);
+            if (PIPES == 8u) imageStore(diagonal_out, cell, diagonal * share);
+            imageStore(sediment_out, cell, vec4(sediment));
+            if (OUTFLOW_SLOPE) {
+                precise vec4 fall_axis = axis * (own_surface - surface_axis);
+                precise vec4 fall_diagonal = diagonal * (own_surface - surface_diagonal) * (1.0 / SQRT2);
+                precise float fall = sum(fall_axis, fall_diagonal);
+                imageStore(slope, cell, vec4(outflow > 0.0 ? max(0.0, fall) / (l * outflow) : 0.0));
+            }
+        }
     }
-    imageStore(slope, cell, vec4(steepness));
 }

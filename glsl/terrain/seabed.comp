@@ -6,7 +6,7 @@
 
 #include "lib/grid.glsl"
 
-layout(local_size_x = 64, local_size_y = 1) in;
+layout(local_size_x = 128, local_size_y = 1) in;
 layout(constant_id = 0) const bool CONTROLS = false;
 layout(binding = 0, r32f) uniform readonly image2D height_in;
 layout(binding = 1, r32f) uniform writeonly image2D height_out;

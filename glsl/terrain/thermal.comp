@@ -1,4 +1,5 @@
 #version 460
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 
@@ -6,9 +7,9 @@
 // Korošec & Lebar Bajec (20–22), with shares by the difference in height). Gathering: what a neighbour gives is worked
 // out again here, in the same order of operations, so that nothing is lost between the two.
 
-#include "lib/grid.glsl"
+#include "lib/block.glsl"
 
-layout(local_size_x = 64, local_size_y = 1) in;
+layout(local_size_x = 128, local_size_y = 1) in;
 // How much moves: half of the excess over the repose slope, or half of the whole drop.
 layout(constant_id = 0) const uint LAW = 0;
 layout(constant_id = 1) const bool CONTROLS = false;
@@ -22,64 +23,74 @@ layout(push_constant, scalar) uniform Push {
     float rise_on_land;     // of the repose slope over one cell
     float rise_under_water;
     float sea_level;
-    float top;              // only cells below this give
+    float top;              // only cells below this give; lower than NOWHERE
 } push;
 
 const float NOWHERE = 1e30; // higher than any ground: nothing slides off the grid
 
-float height_at(ivec2 cell, ivec2 size) {
-    float h = imageLoad(height_in, clamp(cell, ivec2(0), size - 1)).x;
-    return outside(cell, size) ? NOWHERE : h;
-}
-
 // What a cell gives for each metre of drop to a steeper neighbour.
 float gives(float h, vec4 axis_drop, vec4 diagonal_drop, float rise) {
-    vec4 axis_excess = axis_drop - rise;
-    vec4 diagonal_excess = diagonal_drop - SQRT2 * rise;
-    float moved = LAW == 0u ? max(max4(axis_excess), max4(diagonal_excess)) : max(max4(axis_drop), max4(diagonal_drop));
-    float steep = sum(mix(vec4(0.0), axis_drop, greaterThan(axis_excess, vec4(0.0))),
-                      mix(vec4(0.0), diagonal_drop, greaterThan(diagonal_excess, vec4(0.0))));
+    bvec4 axis_steep = greaterThan(axis_drop, vec4(rise));
+    bvec4 diagonal_steep = greaterThan(diagonal_drop, vec4(SQRT2 * rise));
+    float axis_most = max4(axis_drop);
+    float diagonal_most = max4(diagonal_drop);
+    float moved = LAW == 0u ? max(axis_most - rise, diagonal_most - SQRT2 * rise) : max(axis_most, diagonal_most);
+    float steep = sum(mix(vec4(0.0), axis_drop, axis_steep), mix(vec4(0.0), diagonal_drop, diagonal_steep));
     return steep > 0.0 && h < push.top ? push.half_rate * moved / steep : 0.0;
 }
 
 void main() {
-    ivec2 cell = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 first = first_cell();
     ivec2 size = imageSize(height_in);
-    if (outside(cell, size)) return;
+    if (outside(first, size)) return;
 
-    float h[25];
-    for (int k = 0; k < 25; ++k) {
-        h[k] = height_at(cell + ivec2(k % 5, k / 5) - 2, size);
-    }
-    const int OFFSET[8] = int[8](-1, 1, -5, 5, -6, -4, 4, 6);
-
-    float rate[9]; // of the neighbours in the order of OFFSET, then of the cell itself
-    float rise[9];
-    for (int n = 0; n < 9; ++n) {
-        int k = n < 8 ? 12 + OFFSET[n] : 12;
-        vec4 axis = h[k] - vec4(h[k - 1], h[k + 1], h[k - 5], h[k + 5]);
-        vec4 diagonal = h[k] - vec4(h[k - 6], h[k - 4], h[k + 4], h[k + 6]);
-        rise[n] = h[k] < push.sea_level ? push.rise_under_water : push.rise_on_land;
-        rate[n] = h[k] < NOWHERE ? gives(h[k], axis, diagonal, rise[n]) : 0.0;
-    }
-
-    float flow[8];
-    float own_mask = CONTROLS ? imageLoad(controls, cell).z : 1.0;
-    for (int n = 0; n < 8; ++n) {
-        float length = n < 4 ? 1.0 : SQRT2;
-        precise float drop = h[12] - h[12 + OFFSET[n]];
-        precise float given = drop > rise[8] * length ? rate[8] * drop : 0.0;
-        precise float taken = -drop > rise[n] * length ? rate[n] * -drop : 0.0;
-        float mask = 1.0;
-        if (CONTROLS) {
-            ivec2 neighbour = cell + ivec2((OFFSET[n] + 12) % 5, (OFFSET[n] + 12) / 5) - 2;
-            mask = min(own_mask, imageLoad(controls, clamp(neighbour, ivec2(0), size - 1)).z);
+    // The block and two cells round it.
+    float h[ROWS + 4][5];
+    [[unroll]] for (int j = 0; j < ROWS + 4; ++j) {
+        [[unroll]] for (int i = 0; i < 5; ++i) {
+            ivec2 cell = first + ivec2(i, j) - 2;
+            float height = imageLoad(height_in, clamp(cell, ivec2(0), size - 1)).x;
+            h[j][i] = outside(cell, size) ? NOWHERE : height;
         }
-        flow[n] = (taken - given) * mask;
     }
-    precise float moved = sum(vec4(flow[0], flow[1], flow[2], flow[3]), vec4(flow[4], flow[5], flow[6], flow[7]));
-    precise float e = imageLoad(change, cell).x + moved;
-    precise float grown = imageLoad(start, cell).x + e;
-    imageStore(change, cell, vec4(e));
-    imageStore(height_out, cell, vec4(grown));
+
+    // The block and one cell round it.
+    float rate[ROWS + 2][3];
+    float rise[ROWS + 2][3];
+    [[unroll]] for (int j = 0; j < ROWS + 2; ++j) {
+        [[unroll]] for (int i = 0; i < 3; ++i) {
+            float own = h[j + 1][i + 1];
+            vec4 axis = own - vec4(h[j + 1][i], h[j + 1][i + 2], h[j][i + 1], h[j + 2][i + 1]);
+            vec4 diagonal = own - vec4(h[j][i], h[j][i + 2], h[j + 2][i], h[j + 2][i + 2]);
+            rise[j][i] = own < push.sea_level ? push.rise_under_water : push.rise_on_land;
+            rate[j][i] = gives(own, axis, diagonal, rise[j][i]);
+        }
+    }
+
+    const int DX[8] = int[8](-1, 1, 0, 0, -1, 1, -1, 1);
+    const int DY[8] = int[8](0, 0, -1, 1, -1, -1, 1, 1);
+    [[unroll]] for (int j = 0; j < ROWS; ++j) {
+        ivec2 cell = first + ivec2(0, j);
+        ivec2 own = min(cell, size - 1); // for loads: the last block may reach beyond the grid
+        float own_mask = CONTROLS ? imageLoad(controls, own).z : 1.0;
+        float flow[8];
+        [[unroll]] for (int n = 0; n < 8; ++n) {
+            ivec2 d = ivec2(DX[n], DY[n]);
+            float length = n < 4 ? 1.0 : SQRT2;
+            precise float drop = h[j + 2][2] - h[j + 2 + d.y][2 + d.x];
+            precise float given = drop > rise[j + 1][1] * length ? rate[j + 1][1] * drop : 0.0;
+            precise float taken =
+                -drop > rise[j + 1 + d.y][1 + d.x] * length ? rate[j + 1 + d.y][1 + d.x] * -drop : 0.0;
+            float mask =
+                CONTROLS ? min(own_mask, imageLoad(controls, clamp(own + d, ivec2(0), size - 1)).z) : 1.0;
+            flow[n] = (taken - given) * mask;
+        }
+        precise float moved = sum(vec4(flow[0], flow[1], flow[2], flow[3]), vec4(flow[4], flow[5], flow[6], flow[7]));
+        precise float e = imageLoad(change, own).x + moved;
+        precise float grown = imageLoad(start, own).x + e;
+        if (cell.y < size.y) {
+            imageStore(change, cell, vec4(e));
+            imageStore(height_out, cell, vec4(grown));
+        }
+    }
 }

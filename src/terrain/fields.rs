@@ -1,11 +1,11 @@
 //! The state of the land: one texel a sample of the grid, on the GPU from beginning to end.
 
-use super::Plan;
+use super::{Plan, hydraulic::Slope};
 use crate::{
     core::grid::Grid,
     gpu::{
         self, Compute, Gpu, Image, PingPong, Recorder,
-        format::{R32f, Rg32f, Rgba32f},
+        format::{R32f, Rgba32f},
     },
     shaders::terrain::control,
 };
@@ -22,8 +22,8 @@ pub struct Fields {
     /// What erosion did since (e), m. In 32 bits a height of some hundred metres cannot hold the change of one step; this
     /// can.
     pub change: Image<R32f>,
-    /// Depth of the water d, m; sediment that leaves with each m³/s of outflow in a step c, m; discharge |v|·d, m²/s; the
-    /// water counter, s.
+    /// Depth of the water d, m; sediment that leaves with each m³/s of outflow in a step c, m, and discharge |v|·d, m²/s,
+    /// or, for semi-Lagrangian transport, velocity (x, z), m/s; the water counter, s.
     pub water: PingPong<Image<Rgba32f>>,
     /// Suspended sediment s, m of ground.
     pub sediment: PingPong<Image<R32f>>,
@@ -31,10 +31,8 @@ pub struct Fields {
     pub axis: PingPong<Image<Rgba32f>>,
     /// Outflow to TL, TR, BL, BR, m³/s.
     pub diagonal: PingPong<Image<Rgba32f>>,
-    /// tan of the slope that the capacity sees.
+    /// tan of the slope that the capacity sees, unless it is the ground's.
     pub slope: Image<R32f>,
-    /// Velocity of the water (x, z), m/s; only for semi-Lagrangian transport.
-    pub velocity: Image<Rg32f>,
     /// Thickness that the reef has gained (or lost as rubble), m.
     pub reef: Image<R32f>,
     /// Inorganic carbon in the water O, 1.
@@ -59,8 +57,7 @@ impl Fields {
             sediment: PingPong::images(gpu, "sediment", size(images.hydraulic))?,
             axis: PingPong::images(gpu, "axis flow", size(images.hydraulic))?,
             diagonal: PingPong::images(gpu, "diagonal flow", size(images.diagonal))?,
-            slope: Image::new(gpu, "slope", size(images.hydraulic))?,
-            velocity: Image::new(gpu, "velocity", size(images.velocity))?,
+            slope: Image::new(gpu, "slope", size(images.slope))?,
             reef: Image::new(gpu, "reef", size(images.reef))?,
             carbon: PingPong::images(gpu, "carbon", size(images.reef))?,
             controls: Image::new(gpu, "controls", size(images.controls))?,
@@ -103,7 +100,7 @@ impl Fields {
 pub(super) struct Images {
     pub hydraulic: bool,
     pub diagonal: bool,
-    pub velocity: bool,
+    pub slope: bool,
     pub reef: bool,
     pub controls: bool,
 }
@@ -114,7 +111,7 @@ impl Images {
         Images {
             hydraulic: hydraulic.is_some(),
             diagonal: hydraulic.is_some_and(|params| params.flows_diagonally()),
-            velocity: hydraulic.is_some_and(|params| params.traces_back()),
+            slope: hydraulic.is_some_and(|params| params.slope == Slope::Outflow),
             reef: plan.reef.is_some(),
             controls: plan.controls.any(),
         }

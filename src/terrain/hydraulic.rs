@@ -1,6 +1,6 @@
 //! Hydraulic erosion by virtual pipes (Mei, Decaudin & Hu 2007), mended.
 
-use super::{Boundary, Fields, Plan, Process, schedule::Steps};
+use super::{Blocks, Boundary, Fields, Plan, Process, schedule::Steps};
 use crate::{
     core::grid::Grid,
     gpu::{self, Compute, Gpu, Recorder},
@@ -126,6 +126,7 @@ pub struct Hydraulic {
     flow: Compute<hydraulic_flow::Shader>,
     diffusion: Compute<sediment_diffusion::Shader>,
     erode: Compute<hydraulic_erode::Shader>,
+    blocks: Blocks,
     flow_push: hydraulic_flow::Push,
     erode_push: hydraulic_erode::Push,
     /// Sweeps of sediment diffusion before the one in `erode`.
@@ -136,21 +137,27 @@ impl Hydraulic {
     pub fn new(gpu: &Gpu, plan: &Plan, params: &Params) -> gpu::Result<Hydraulic> {
         let pipes = if params.flows_diagonally() { 8 } else { 4 };
         let controls = plan.controls.any();
+        let outflow_slope = params.slope == Slope::Outflow;
         let semi_lagrangian = params.traces_back();
+        let blocks = Blocks::of(gpu, 4);
+        let rows = blocks.rows();
         let flow = hydraulic_flow::Constants {
             pipes,
             controls,
             open: plan.boundary == Boundary::Open,
             fixed_section: params.section == Section::Fixed,
             drag: params.drag > 0.0,
-            central_slope: params.slope == Slope::Central,
+            outflow_slope,
             semi_lagrangian,
+            rows,
         };
+        let erode = hydraulic_erode::Constants { pipes, controls, outflow_slope, semi_lagrangian, rows };
         Ok(Hydraulic {
             start: Compute::new(gpu, ())?,
             flow: Compute::new(gpu, flow)?,
-            diffusion: Compute::new(gpu, ())?,
-            erode: Compute::new(gpu, hydraulic_erode::Constants { pipes, controls, semi_lagrangian })?,
+            diffusion: Compute::new(gpu, sediment_diffusion::Constants { rows })?,
+            erode: Compute::new(gpu, erode)?,
+            blocks,
             flow_push: flow_push(plan, params),
             erode_push: erode_push(plan, params),
             extra_sweeps: params.sediment_sweeps(plan.grid) - 1,
@@ -174,10 +181,9 @@ impl Hydraulic {
             diagonal_in: fields.diagonal.src(),
             diagonal_out: fields.diagonal.dst(),
             slope: &fields.slope,
-            velocity: &fields.velocity,
             controls: &fields.controls,
         };
-        rec.dispatch(&self.flow, fields.height.src().size(), self.flow_push, bindings);
+        rec.dispatch(&self.flow, self.blocks.over(fields.height.src().size()), self.flow_push, bindings);
         fields.sediment.swap();
         fields.axis.swap();
         fields.diagonal.swap();
@@ -190,7 +196,7 @@ impl Hydraulic {
             sediment_in: fields.sediment.src(),
             sediment_out: fields.sediment.dst(),
         };
-        rec.dispatch(&self.diffusion, fields.height.src().size(), push, bindings);
+        rec.dispatch(&self.diffusion, self.blocks.over(fields.height.src().size()), push, bindings);
         fields.sediment.swap();
     }
 
@@ -207,10 +213,9 @@ impl Hydraulic {
             axis: fields.axis.src(),
             diagonal: fields.diagonal.src(),
             slope: &fields.slope,
-            velocity: &fields.velocity,
             controls: &fields.controls,
         };
-        rec.dispatch(&self.erode, fields.height.src().size(), self.erode_push, bindings);
+        rec.dispatch(&self.erode, self.blocks.over(fields.height.src().size()), self.erode_push, bindings);
         fields.height.swap();
         fields.water.swap();
         fields.sediment.swap();

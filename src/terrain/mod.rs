@@ -17,7 +17,7 @@ pub use self::{
 
 use crate::{
     core::grid::Grid,
-    gpu::{self, Gpu, Image, Recorder, format::R32f},
+    gpu::{self, DeviceKind, Gpu, Image, Recorder, format::R32f},
 };
 use std::sync::Arc;
 
@@ -84,6 +84,33 @@ pub trait Process {
     /// Records a whole iteration.
     fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {
         (0..self.passes(iteration)).for_each(|pass| self.pass(rec, fields, iteration, pass));
+    }
+}
+
+/// The blocks of cells that an invocation of a kernel with `ROWS` works on (`glsl/lib/block.glsl`).
+#[derive(Clone, Copy, Debug)]
+struct Blocks {
+    rows: u32,
+}
+
+impl Blocks {
+    /// Blocks of `rows` cells on a CPU device, where they save what neighbours have in common; of one on a GPU, which wants many
+    /// invocations.
+    fn of(gpu: &Gpu, rows: u32) -> Blocks {
+        match gpu.info().kind {
+            DeviceKind::Cpu => Blocks { rows },
+            _ => Blocks { rows: 1 },
+        }
+    }
+
+    /// As the kernels take it.
+    fn rows(self) -> i32 {
+        self.rows.cast_signed()
+    }
+
+    /// Invocations that cover a grid of this size.
+    fn over(self, [width, height]: [u32; 2]) -> [u32; 2] {
+        [width, height.div_ceil(self.rows)]
     }
 }
 

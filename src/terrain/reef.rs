@@ -1,6 +1,6 @@
 //! Coral reef growth (after Nakamura & Nakamori 2007, 2011).
 
-use super::{Fields, Plan, Process, thermal::Slide};
+use super::{Blocks, Fields, Plan, Process, thermal::Slide};
 use crate::{
     core::grid::Grid,
     gpu::{self, Compute, Gpu, Recorder},
@@ -94,6 +94,7 @@ impl Params {
 pub struct Reef {
     growth: Compute<reef_growth::Shader>,
     carbon: Compute<reef_carbon::Shader>,
+    blocks: Blocks,
     rubble: Option<(Slide, Rubble)>,
     growth_push: reef_growth::Push,
     /// Mixing with each neighbour in one sweep, and the sweeps.
@@ -110,9 +111,11 @@ impl Reef {
             None => None,
         };
         let sweeps = params.sweeps(plan.grid);
+        let blocks = Blocks::of(gpu, 4);
         Ok(Reef {
             growth: Compute::new(gpu, reef_growth::Constants { controls: plan.controls.any() })?,
-            carbon: Compute::new(gpu, ())?,
+            carbon: Compute::new(gpu, reef_carbon::Constants { rows: blocks.rows() })?,
+            blocks,
             rubble,
             growth_push: reef_growth::Push {
                 sea_level: plan.sea_level,
@@ -165,7 +168,7 @@ impl Reef {
             carbon_out: fields.carbon.dst(),
             height: fields.height.src(),
         };
-        rec.dispatch(&self.carbon, fields.reef.size(), push, bindings);
+        rec.dispatch(&self.carbon, self.blocks.over(fields.reef.size()), push, bindings);
         fields.carbon.swap();
     }
 }

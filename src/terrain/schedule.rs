@@ -79,7 +79,7 @@ impl Plan {
             ("water", kept(images.hydraulic, 2 * 16)),
             ("flow", kept(images.hydraulic, 2 * 16) + kept(images.diagonal, 2 * 16)),
             ("sediment", kept(images.hydraulic, 2 * 4)),
-            ("slope", kept(images.hydraulic, 4) + kept(images.velocity, 8)),
+            ("slope", kept(images.slope, 4)),
             ("reef", kept(images.reef, 3 * 4)),
             ("controls", kept(images.controls, 16)),
             ("rasters", rasters),

@@ -1,6 +1,6 @@
 //! Thermal erosion: debris slides to lower neighbours past the angle of repose (Jákó & Tóth 2011, simplified).
 
-use super::{Fields, Plan, Process};
+use super::{Blocks, Fields, Plan, Process};
 use crate::{
     core::grid::Grid,
     gpu::{self, Compute, Gpu, Image, Recorder, format::R32f},
@@ -42,6 +42,9 @@ pub struct Settle {
 
 /// The most that may move in a pass: eight neighbours can fill one pit, and must not raise it above themselves.
 pub const LARGEST_RATE: f64 = 2.0 / 9.0;
+
+/// Above all ground, and below what the kernel finds off the grid, m.
+const TOP: f32 = 1e29;
 
 impl Params {
     /// Passes that a time needs, model seconds, and the rate k of each (half of k times the excess moves).
@@ -127,6 +130,7 @@ impl Process for Thermal {
 /// One pass of sliding, for whatever slides.
 pub(super) struct Slide {
     pass: Compute<Shader>,
+    blocks: Blocks,
     pub push: Push,
 }
 
@@ -141,9 +145,9 @@ impl Slide {
             rise_on_land: rise(params.repose, plan.grid),
             rise_under_water: rise(params.repose_under_water, plan.grid),
             sea_level: plan.acting_sea_level(),
-            top: f32::MAX,
+            top: TOP,
         };
-        Ok(Slide { pass: Compute::new(gpu, Constants { law, controls: plan.controls.any() })?, push })
+        Slide::new(gpu, plan, law, push)
     }
 
     /// The excess law at its largest rate and one angle of repose, radians.
@@ -154,9 +158,15 @@ impl Slide {
             rise_on_land: rise,
             rise_under_water: rise,
             sea_level: f32::MIN,
-            top: f32::MAX,
+            top: TOP,
         };
-        Ok(Slide { pass: Compute::new(gpu, Constants { law: 0, controls: plan.controls.any() })?, push })
+        Slide::new(gpu, plan, 0, push)
+    }
+
+    fn new(gpu: &Gpu, plan: &Plan, law: u32, push: Push) -> gpu::Result<Slide> {
+        let blocks = Blocks::of(gpu, 8);
+        let constants = Constants { law, controls: plan.controls.any(), rows: blocks.rows() };
+        Ok(Slide { pass: Compute::new(gpu, constants)?, blocks, push })
     }
 
     /// Slides the ground and counts it in `change`, where height is `start + change`.
@@ -164,7 +174,7 @@ impl Slide {
         let height = &mut fields.height;
         rec.dispatch(
             &self.pass,
-            height.src().size(),
+            self.blocks.over(height.src().size()),
             self.push,
             Bindings {
                 height_in: height.src(),

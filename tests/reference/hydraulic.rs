@@ -290,13 +290,15 @@ impl Erosion {
         } else {
             after * (1.0 - f64::from(params.evaporation) * self.step).max(0.0) // (19)
         };
+        // Semi-Lagrangian transport keeps the velocity in the place of c and q.
+        let traced = params.transport == Transport::SemiLagrangian;
         let towards = if d_next > f64::from(params.wet_depth) { self.step } else { -self.step };
         Cell {
             e: e_next,
             s: s_next,
-            c: if before > DRY { self.step * s_next / (cell * cell * before) } else { 0.0 },
+            c: if before > DRY && !traced { self.step * s_next / (cell * cell * before) } else { 0.0 },
             d: d_next,
-            q: speed * mean_depth,
+            q: speed * if traced { d_next } else { mean_depth },
             wet: (old.wet + towards).clamp(0.0, f64::from(params.wet_memory)),
             velocity,
             flux,
