@@ -253,6 +253,37 @@ fn devices_are_listed() {
     assert!(String::from_utf8(output.stdout).unwrap().contains(name));
 }
 
+#[test]
+fn the_bench_tells_every_process_at_every_size() {
+    let folder = folder();
+    let output = terrane(folder.path(), &["bench", "--cells", "48,64", "--time", "0.005", "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let json = json(&output);
+    assert_eq!((&json["command"], &json["error"]), (&"bench".into(), &Value::Null));
+    assert!(json["device"].is_string() && json["driver"].is_string());
+    assert!(json["cores"].as_u64().unwrap() > 0 && json["copy_bandwidth"].as_f64().unwrap() > 0.0);
+    let rows = json["rows"].as_array().unwrap();
+    let names = ["base", "hydraulic", "hydraulic_paper", "thermal", "reef", "reef_sweep"];
+    let expected: Vec<(u64, &str)> =
+        [48, 64].into_iter().flat_map(|size| names.map(|name| (size, name))).collect();
+    let told: Vec<(u64, &str)> =
+        rows.iter().map(|row| (row["size"].as_u64().unwrap(), row["name"].as_str().unwrap())).collect();
+    assert_eq!(told, expected);
+    for row in rows {
+        let of = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+        for key in ["ns_per_cell", "bytes_per_cell", "bandwidth_share", "native_ns_per_cell", "ratio"] {
+            assert!(of(key) > 0.0 && of(key).is_finite(), "{key} of {row}");
+        }
+        assert!((of("ratio") - of("ns_per_cell") / of("native_ns_per_cell")).abs() < 1e-9 * of("ratio"));
+    }
+    // A pass of carbon reads one image beside it, and the ground.
+    assert_eq!(rows[5]["bytes_per_cell"], 12.0);
+
+    let table = terrane(folder.path(), &["bench", "--cells", "48", "--time", "0.005", "--quiet"]);
+    let table = String::from_utf8(table.stdout).unwrap();
+    assert!(names.iter().all(|name| table.contains(&format!("| `{name}` | 48 |"))), "{table}");
+}
+
 // What goes wrong.
 
 /// Where the Vulkan loader is to look for drivers, by its new name and its old one.

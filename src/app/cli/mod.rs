@@ -1,5 +1,6 @@
 //! The command line: `terrane VERB WORLD [-o OUT] …`, one file a verb.
 
+mod bench;
 mod check;
 mod devices;
 mod export;
@@ -30,6 +31,7 @@ enum Verb {
     Export(export::Arguments),
     Check(check::Arguments),
     Devices(devices::Arguments),
+    Bench(bench::Arguments),
 }
 
 impl Cli {
@@ -39,6 +41,7 @@ impl Cli {
             Verb::Export(arguments) => export::run(arguments, session),
             Verb::Check(arguments) => check::run(arguments, session),
             Verb::Devices(arguments) => devices::run(arguments, session),
+            Verb::Bench(arguments) => bench::run(arguments, session),
         }
     }
 
@@ -49,6 +52,7 @@ impl Cli {
             Verb::Export(_) => "export",
             Verb::Check(_) => "check",
             Verb::Devices(_) => "devices",
+            Verb::Bench(_) => "bench",
         }
     }
 
@@ -66,6 +70,7 @@ impl Cli {
             Verb::Export(arguments) => &arguments.output,
             Verb::Check(arguments) => &arguments.output,
             Verb::Devices(arguments) => &arguments.output,
+            Verb::Bench(arguments) => &arguments.output,
         }
     }
 }

@@ -91,7 +91,7 @@ fn simplex(x: f32, z: f32, seed: u32) -> f32 {
     const SKEW: f32 = 0.366_025_4; // (√3 − 1)/2
     const UNSKEW: f32 = 0.211_324_87; // (3 − √3)/6
     let t = (x + z) * SKEW;
-    let (i, j) = ((x + t).floor(), (z + t).floor());
+    let (i, j) = (floor(x + t), floor(z + t));
     let u = (i + j) * UNSKEW;
     let (x0, z0) = (x - (i - u), z - (j - u));
     let (i1, j1) = if x0 > z0 { (1.0, 0.0) } else { (0.0, 1.0) };
@@ -104,6 +104,12 @@ fn simplex(x: f32, z: f32, seed: u32) -> f32 {
         reach.powi(4) * (gx * x + gz * z)
     };
     92.07 * (corner(0.0, 0.0, 0.0) + corner(i1, j1, UNSKEW) + corner(1.0, 1.0, 2.0 * UNSKEW))
+}
+
+/// The standard one is a call of a function where processors without an instruction for it are served too.
+fn floor(value: f32) -> f32 {
+    let whole = value as i32 as f32;
+    if whole > value { whole - 1.0 } else { whole }
 }
 
 /// Unit vectors at odd multiples of π/16.

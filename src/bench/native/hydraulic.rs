@@ -356,7 +356,7 @@ fn gradient(out: &mut [f32], field: Around, cell: f32) {
     }
 }
 
-/// One pipe (7, 8), with the drag of the bed.
+/// One pipe (7, 8).
 fn accelerate(
     out: &mut [f32],
     flux: &[f32],
@@ -370,27 +370,33 @@ fn accelerate(
     let (flux, steepest) = (&flux[..n], &steepest[..n]);
     let [h, h_n] = ground.map(|row| &row[..n]);
     let [s, s_n] = surface.map(|row| &row[..n]);
-    let Constants { pipe_depth, fixed_section, drag, .. } = *it;
     let per_width = 1.0 / pipe.width;
-    let push = it.time * it.gravity / pipe.length;
-    let friction = 4.0 * it.time * drag;
-    for x in 0..n {
-        let drop = s[x] - s_n[x];
-        let depth = (s[x].max(s_n[x]) - h[x].max(h_n[x])).max(0.0).min(pipe_depth);
-        let section = if fixed_section { pipe_depth } else { depth };
-        let pushed = (flux[x] * per_width + push * section * drop).max(0.0);
-        let discharge = if friction > 0.0 {
-            let along = (steepest[x] * pipe.length / drop).max(1.0).min(10.0);
+    let (push, friction) = (it.time * it.gravity / pipe.length, 4.0 * it.time * it.drag);
+    let (cap, least) = (it.pipe_depth, if it.fixed_section { it.pipe_depth } else { 0.0 });
+    if friction > 0.0 {
+        for x in 0..n {
+            let drop = s[x] - s_n[x];
+            let depth = filled([s[x], s_n[x]], [h[x], h_n[x]], cap);
+            let pushed = (flux[x] * per_width + push * depth.max(least) * drop).max(0.0);
+            // From the gradient of the surface to its share along the pipe.
+            let along = (steepest[x] * pipe.length / drop.max(1e-30)).max(1.0).min(10.0);
             let along = if drop > 0.0 { along } else { 1.0 };
             let root = (depth * depth + friction * along * pushed).sqrt();
-            2.0 * pushed * depth / (depth + root).max(1e-30)
-        } else if section > 0.0 {
-            pushed
-        } else {
-            0.0
-        };
-        out[x] = pipe.width * discharge;
+            out[x] = pipe.width * (2.0 * pushed * depth / (depth + root).max(1e-30));
+        }
+    } else {
+        for x in 0..n {
+            let section = filled([s[x], s_n[x]], [h[x], h_n[x]], cap).max(least);
+            let pushed = (flux[x] * per_width + push * section * (s[x] - s_n[x])).max(0.0);
+            out[x] = if section > 0.0 { pipe.width * pushed } else { 0.0 };
+        }
     }
+}
+
+/// Depth of the flow between two cells, up to the pipe's.
+#[inline(always)]
+fn filled([s, s_n]: [f32; 2], [h, h_n]: [f32; 2], pipe_depth: f32) -> f32 {
+    (s.max(s_n) - h.max(h_n)).max(0.0).min(pipe_depth)
 }
 
 fn stop_at_rim(flux: &mut [f32], [dx, dz]: [i32; 2], northernmost: bool, southernmost: bool) {
@@ -432,7 +438,8 @@ fn diffuse(out: &mut [f32], sediment: Around, depth: Around, it: &Constants) {
     let [s_l, s_r, s_t, s_b, ..] = sediment.beside.map(|row| &row[..n]);
     let [d_l, d_r, d_t, d_b, ..] = depth.beside.map(|row| &row[..n]);
     for x in 0..n {
-        let gain = |s_n: f32, d_n: f32| if d[x].min(d_n) > DRY { s_n - s[x] } else { 0.0 };
+        let wet = |depth: f32| if depth > DRY { 1.0 } else { 0.0 };
+        let gain = |s_n: f32, d_n: f32| wet(d[x].min(d_n)) * (s_n - s[x]);
         let gained =
             (gain(s_l[x], d_l[x]) + gain(s_r[x], d_r[x])) + (gain(s_t[x], d_t[x]) + gain(s_b[x], d_b[x]));
         out[x] = s[x] + it.sediment_mixing * gained;
@@ -540,7 +547,8 @@ fn dry(out: [&mut [f32]; 3], from: [&[f32]; 4], it: &Constants) {
     for x in 0..n {
         let left = depth[x] - depth[x] * it.evaporation;
         depth[x] = if height[x] < it.sea_level { it.sea_level - height[x] } else { left };
-        load[x] = if rained[x] > DRY { per_area * sediment[x] / rained[x] } else { 0.0 };
+        let per_flow = per_area * sediment[x] / rained[x].max(DRY);
+        load[x] = if rained[x] > DRY { per_flow } else { 0.0 };
         let change = if depth[x] > it.wet_depth { it.time } else { -it.time };
         wetness[x] = (wet[x] + change).max(0.0).min(it.wet_memory);
     }

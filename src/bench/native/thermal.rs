@@ -90,8 +90,9 @@ fn slide(change: &mut [f32], own: (&[f32], &[f32]), other: (&[f32], &[f32]), ris
     let rise = |h: f32| if h < sea_level { rise[1] } else { rise[0] };
     for x in 0..n {
         let drop = h[x] - h_n[x];
-        let given = if drop > rise(h[x]) { rate[x] * drop } else { 0.0 };
-        let taken = if -drop > rise(h_n[x]) { rate_n[x] * -drop } else { 0.0 };
+        let (given, taken) = (rate[x] * drop, rate_n[x] * -drop);
+        let given = if drop > rise(h[x]) { given } else { 0.0 };
+        let taken = if -drop > rise(h_n[x]) { taken } else { 0.0 };
         change[x] += taken - given;
     }
 }
