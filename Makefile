@@ -4,13 +4,16 @@
 CARGO ?= cargo
 RUN = $(CARGO) run --release --locked --quiet --
 TEST = $(CARGO) test --release --locked
+# Where `make install` puts things.
+PREFIX ?= $(HOME)/.local
 # Random cases a property gets from `make fuzz`.
 CASES ?= 100000
 
-.PHONY: help demo test test-long fuzz lint doc
+.PHONY: help demo install test test-long fuzz lint doc
 
 help:
 	@echo 'make demo       build, and render configs/island/volcano.toml to out/volcano.png'
+	@echo 'make install    the program, its manual and completions for shells, below PREFIX=$(PREFIX)'
 	@echo 'make test       the test suite, on the Vulkan device that is found (lavapipe will do)'
 	@echo 'make test-long  the tests that take too long for every change'
 	@echo 'make fuzz       the readers of files against CASES=$(CASES) random files'
@@ -24,6 +27,16 @@ demo:
 	@mkdir -p out
 	$(RUN) render configs/island/volcano.toml -o out/volcano.png
 	@echo 'The picture is out/volcano.png.'
+
+install:
+	@scripts/install.sh
+	$(CARGO) install --path . --locked --root $(PREFIX)
+	@mkdir -p $(PREFIX)/share/man/man1 $(PREFIX)/share/bash-completion/completions \
+		$(PREFIX)/share/zsh/site-functions $(PREFIX)/share/fish/vendor_completions.d
+	$(PREFIX)/bin/terrane man -o $(PREFIX)/share/man/man1
+	$(PREFIX)/bin/terrane completions bash > $(PREFIX)/share/bash-completion/completions/terrane
+	$(PREFIX)/bin/terrane completions zsh > $(PREFIX)/share/zsh/site-functions/_terrane
+	$(PREFIX)/bin/terrane completions fish > $(PREFIX)/share/fish/vendor_completions.d/terrane.fish
 
 test:
 	@scripts/install.sh validation

@@ -1,5 +1,9 @@
 //! World files: what is read, what is refused and with which words.
 
+#[path = "kit/committed.rs"]
+mod committed;
+
+use committed::{BLESS, check_committed};
 use std::fs;
 use std::path::{Path, PathBuf};
 use terrane::formats;
@@ -7,9 +11,6 @@ use terrane::scene::{Sky, ToneMap, View};
 use terrane::terrain::layers::{Combine, Generator, Layer};
 use terrane::terrain::{Boundary, hydraulic};
 use terrane::world::{self, Error, Overrides, World};
-
-/// Set to rewrite the expected messages and the reference page; read the difference before committing it.
-const BLESS: &str = "TERRANE_BLESS";
 
 fn parse(text: &str, set: &[&str]) -> Result<World, Error> {
     parse_bytes(text.as_bytes(), set)
@@ -30,18 +31,6 @@ fn files(folder: &str, extension: &str) -> Vec<PathBuf> {
         entries.filter(|path| path.extension().is_some_and(|is| is == extension)).collect();
     files.sort();
     files
-}
-
-/// Compares with a committed file, or writes it when [`BLESS`] is set.
-fn check_committed(path: &Path, text: &str) -> Result<(), String> {
-    if std::env::var_os(BLESS).is_some() {
-        fs::write(path, text).unwrap();
-    }
-    let committed = fs::read_to_string(path).unwrap_or_default();
-    if committed == text {
-        return Ok(());
-    }
-    Err(format!("--- {} has\n{committed}\n--- and should have\n{text}", path.display()))
 }
 
 /// One case a file; arguments of `--set` stand in its first lines as `#set key=value`. Beside it lies the message.
@@ -149,7 +138,7 @@ fn the_defaults_may_be_written_out() {
                     _ => set.push(format!("{path}={}", key.default)),
                 },
                 // Defaults in words depend on other keys.
-                _ if key.default.parse::<toml_edit::Value>().is_ok() => {
+                _ if key.default_value().is_some() => {
                     set.push(format!("{path}={}", key.default.replace('\n', " ").replace(", ]", "]")));
                 }
                 _ => {}

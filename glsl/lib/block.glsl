@@ -1,41 +1,30 @@
-// Blocks: an invocation works on ROWS cells of one column, from north to south, so that they share what they read and work out
-// of their neighbours. A GPU's caches do that by themselves, and it wants many invocations: there blocks have one row.
+// Blocks: an invocation works on a block of COLUMNS × ROWS cells, so that they share what they read and work out of their
+// neighbours. A GPU's caches do that by themselves, and it wants many invocations: there a block is a single cell.
+//
+// What a block and the cells round it hold lies in arrays [ROWS + 2][COLUMNS + 2], from north-west to south-east: its own cells
+// are those from [1][1] on. What no cell needs of them is never loaded, since all loops are unrolled.
 #ifndef BLOCK_GLSL
 #define BLOCK_GLSL
 
 #include "lib/grid.glsl"
 
+layout(constant_id = 14) const int COLUMNS = 1;
 layout(constant_id = 15) const int ROWS = 1;
 
-// Three cells of a row that touch a block, clamped to the grid.
-struct Row {
-    ivec2 west, middle, east;
-};
-
-// The northernmost cell of the block.
+// The north-western cell of the block.
 ivec2 first_cell() {
-    return ivec2(gl_GlobalInvocationID.xy) * ivec2(1, ROWS);
+    return ivec2(gl_GlobalInvocationID.xy) * ivec2(COLUMNS, ROWS);
 }
 
-// Row j of the ROWS + 2 that touch a block: 0 lies north of it, 1 to ROWS are its own.
-Row row(ivec2 first, int j, ivec2 size) {
-    int y = clamp(first.y + j - 1, 0, size.y - 1);
-    return Row(ivec2(max(first.x - 1, 0), y), ivec2(first.x, y), ivec2(min(first.x + 1, size.x - 1), y));
-}
+// Row j and column i of the block's own cells, or of all with a rim of so many cells round it.
+#define EACH_OWN(j, i) \
+    [[unroll]] for (int j = 1; j <= ROWS; ++j) [[unroll]] for (int i = 1; i <= COLUMNS; ++i)
+#define EACH_WITH_RIM(rim, j, i) \
+    [[unroll]] for (int j = 0; j < ROWS + 2 * rim; ++j) [[unroll]] for (int i = 0; i < COLUMNS + 2 * rim; ++i)
 
-// The values of a one-channel image in a row, from west to east.
-#define ROW(image, at) vec3(imageLoad(image, at.west).x, imageLoad(image, at.middle).x, imageLoad(image, at.east).x)
-// The same for four channels: one column per channel.
-#define ROW4(image, at) \
-    transpose(mat3x4(imageLoad(image, at.west), imageLoad(image, at.middle), imageLoad(image, at.east)))
-
-// The neighbours of a cell among the rows north of it, its own and south of it.
-vec4 axis_of(vec3 north, vec3 own, vec3 south) {
-    return vec4(own.x, own.z, north.y, south.y);
-}
-
-vec4 diagonal_of(vec3 north, vec3 own, vec3 south) {
-    return vec4(north.x, north.z, south.x, south.z);
-}
+// The neighbours of a cell in such an array.
+#define AXIS_OF(values, j, i) vec4(values[j][i - 1], values[j][i + 1], values[j - 1][i], values[j + 1][i])
+#define DIAGONAL_OF(values, j, i) \
+    vec4(values[j - 1][i - 1], values[j - 1][i + 1], values[j + 1][i - 1], values[j + 1][i + 1])
 
 #endif

@@ -2,7 +2,7 @@
 // rows j − 1 (north) and j + 1. What belongs to the four neighbours along the axes is a vec4 (L, R, T, B), what belongs to the
 // diagonal ones a vec4 (TL, TR, BL, BR).
 //
-// Workgroups are 128 × 1. A GPU hardly minds; on a CPU, rows of a power of two bytes share their cache sets, and 8 × 8 takes
+// Workgroups are rows, and wide. A GPU hardly minds; on a CPU, rows of a power of two bytes share their cache sets, and 8 × 8 takes
 // twice the time. There, too, each channel that is stored costs two or three loads, and a load of four channels less than two of
 // one: kernels recompute rather than store, and what is read together lies in one image. docs/kernels.md has the figures.
 #ifndef GRID_GLSL

@@ -8,7 +8,7 @@
 
 #include "lib/pipes.glsl"
 
-layout(local_size_x = 128, local_size_y = 1) in;
+layout(local_size_x = 64, local_size_y = 1) in;
 
 layout(binding = 0, r32f) uniform readonly image2D height_in;
 layout(binding = 1, r32f) uniform writeonly image2D height_out;
@@ -47,63 +47,61 @@ layout(push_constant, scalar) uniform Push {
 const float DRY = 1e-6;
 const float LARGEST_MIXING = 0.2;
 
-// Discharge of the cells of a row, m²/s.
-vec3 discharge(mat4x3 water) {
-    precise vec3 squared = water[1] * water[1] + water[2] * water[2];
-    return SEMI_LAGRANGIAN ? sqrt(squared) * water[0] : water[2];
-}
-
 void main() {
     ivec2 first = first_cell();
     ivec2 size = imageSize(height_in);
     if (outside(first, size)) return;
 
-    vec3 height[ROWS + 2];
-    mat4x3 water[ROWS + 2];
-    vec3 suspension[ROWS + 2];
-    Outflow outflow[ROWS + 2];
-    vec3 mask[ROWS + 2];
-    [[unroll]] for (int j = 0; j < ROWS + 2; ++j) {
-        Row at = row(first, j, size);
-        height[j] = ROW(height_in, at);
-        water[j] = ROW4(water_in, at);
-        suspension[j] = ROW(sediment_in, at);
-        outflow[j] = OUTFLOW(axis, diagonal, at);
-        mask[j] = CONTROLS ? ROW4(controls, at)[2] : vec3(1.0);
+    float height[ROWS + 2][COLUMNS + 2];
+    float depths[ROWS + 2][COLUMNS + 2];
+    float discharge[ROWS + 2][COLUMNS + 2];
+    float suspension[ROWS + 2][COLUMNS + 2];
+    float masks[ROWS + 2][COLUMNS + 2];
+    vec4 outflow_axis[ROWS + 2][COLUMNS + 2];
+    vec4 outflow_diagonal[ROWS + 2][COLUMNS + 2];
+    EACH_WITH_RIM(1, j, i) {
+        ivec2 at = clamp(first + ivec2(i, j) - 1, ivec2(0), size - 1);
+        vec4 water = imageLoad(water_in, at);
+        precise float squared = water.y * water.y + water.z * water.z;
+        height[j][i] = imageLoad(height_in, at).x;
+        depths[j][i] = water.x;
+        discharge[j][i] = SEMI_LAGRANGIAN ? sqrt(squared) * water.x : water.z;
+        suspension[j][i] = imageLoad(sediment_in, at).x;
+        masks[j][i] = CONTROLS ? imageLoad(controls, at).z : 1.0;
+        outflow_axis[j][i] = imageLoad(axis, at);
+        outflow_diagonal[j][i] = PIPES == 8u ? imageLoad(diagonal, at) : vec4(0.0);
     }
 
-    [[unroll]] for (int j = 1; j <= ROWS; ++j) {
-        ivec2 cell = first + ivec2(0, j - 1);
-        ivec2 own = min(cell, size - 1); // for loads: the last block may reach beyond the grid
+    EACH_OWN(j, i) {
+        ivec2 cell = first + ivec2(i, j) - 1;
+        ivec2 own = min(cell, size - 1); // for loads: the last blocks may reach beyond the grid
         Stencil at = stencil(cell, size);
-        float ground = height[j].y;
-        float wetness = water[j][3].y;
+        float ground = height[j][i];
+        float wetness = imageLoad(water_in, own).w;
         vec2 control = CONTROLS ? imageLoad(controls, own).xy : vec2(1.0);
+        float mask = masks[j][i];
         bool sea = ground < push.sea_level;
-        float depth = rained(water[j][0].y, ground, push.rain * control.x, push.sea_level);
+        float depth = rained(depths[j][i], ground, push.rain * control.x, push.sea_level);
 
         // Suspended sediment diffuses between wet cells (18, as a conservative exchange).
-        float sediment = suspension[j].y;
-        vec4 depth_axis = axis_of(water[j - 1][0], water[j][0], water[j + 1][0]);
-        bvec4 wet = greaterThan(min(vec4(water[j][0].y), depth_axis), vec4(DRY));
-        precise vec4 rise = axis_of(suspension[j - 1], suspension[j], suspension[j + 1]) - sediment;
+        float sediment = suspension[j][i];
+        bvec4 wet = greaterThan(min(vec4(depths[j][i]), AXIS_OF(depths, j, i)), vec4(DRY));
+        precise vec4 rise = AXIS_OF(suspension, j, i) - sediment;
         precise float diffused = sediment + push.sediment_mixing * sum(mix(vec4(0.0), rise, wet));
 
         // The bed creeps, and rivers wear their banks.
-        vec3 own_discharge = discharge(water[j]);
-        vec4 discharge_axis = axis_of(discharge(water[j - 1]), own_discharge, discharge(water[j + 1]));
-        vec4 mask_axis = min(vec4(mask[j].y), axis_of(mask[j - 1], mask[j], mask[j + 1]));
-        vec4 mixing =
-            min(vec4(LARGEST_MIXING), push.creep_mixing + push.bank_mixing * (own_discharge.y + discharge_axis)) * mask_axis;
-        vec4 beside = axis_of(height[j - 1], height[j], height[j + 1]);
+        vec4 discharge_axis = discharge[j][i] + AXIS_OF(discharge, j, i);
+        vec4 mixing = min(vec4(LARGEST_MIXING), push.creep_mixing + push.bank_mixing * discharge_axis)
+            * min(vec4(mask), AXIS_OF(masks, j, i));
+        vec4 beside = AXIS_OF(height, j, i);
         precise vec4 slide = mixing * (beside - ground);
         precise float crept = imageLoad(change, own).x + sum(slide);
 
         // Depth (10).
-        vec4 out_axis = outflow[j].axis;
-        vec4 out_diagonal = outflow[j].diagonal;
-        vec4 in_axis = axis_inflow(outflow[j - 1], outflow[j], outflow[j + 1], at.axis);
-        vec4 in_diagonal = diagonal_inflow(outflow[j - 1], outflow[j], outflow[j + 1], at.diagonal);
+        vec4 out_axis = outflow_axis[j][i];
+        vec4 out_diagonal = outflow_diagonal[j][i];
+        vec4 in_axis = AXIS_INFLOW(outflow_axis, j, i, at.axis);
+        vec4 in_diagonal = DIAGONAL_INFLOW(outflow_diagonal, j, i, at.diagonal);
         float area = push.cell_size * push.cell_size;
         precise float gained = sum(in_axis, in_diagonal) - sum(out_axis, out_diagonal);
         precise float flowed = max(0.0, depth + push.time_step / area * gained);
@@ -131,8 +129,8 @@ void main() {
         // Only what left the ground arrives in the water, to the last bit that e can hold.
         float lack = capacity - diffused;
         float taken = lack > 0.0 ? push.erosion * control.y * lack : push.deposition * lack;
-        taken = clamp(taken * mask[j].y, -push.max_change, push.max_change);
-        vec4 across = diagonal_of(height[j - 1], height[j], height[j + 1]);
+        taken = clamp(taken * mask, -push.max_change, push.max_change);
+        vec4 across = DIAGONAL_OF(height, j, i);
         float before = imageLoad(start, own).x + crept;
         float most = max(0.0, before - min(ground, min4(min(beside, across))));
         float least = min(0.0, before - max(ground, max4(max(beside, across))));
@@ -151,7 +149,7 @@ void main() {
             float slowed = squared > 0.0 ? speed * inversesqrt(squared) : 0.0;
             flow = vec2(east * slowed, south * slowed);
         }
-        if (cell.y < size.y) {
+        if (!outside(cell, size)) {
             imageStore(change, cell, vec4(e));
             imageStore(height_out, cell, vec4(worn));
             imageStore(sediment_out, cell, vec4(suspended));

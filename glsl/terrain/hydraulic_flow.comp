@@ -8,7 +8,7 @@
 
 #include "lib/pipes.glsl"
 
-layout(local_size_x = 128, local_size_y = 1) in;
+layout(local_size_x = 64, local_size_y = 1) in;
 // Outside an open rim lies dry ground at the rim's own height.
 layout(constant_id = 4) const bool OPEN = false;
 // Cross-section of a pipe per width: the whole pipe depth, or as much of it as the flow fills.
@@ -57,15 +57,14 @@ vec4 accelerate(vec4 flux, float ground, float surface, vec4 ground_n, vec4 surf
 
 // Sediment a time step ago where the water of a cell comes from (17): at most one cell away, so that the bilinear sample is
 // a weighted mean of the neighbourhood.
-float traced_back(vec2 velocity, vec3 north, vec3 own, vec3 south) {
+float traced_back(vec2 velocity, float own, vec4 axis, vec4 diagonal) {
     precise vec2 back = -velocity * push.time_step / push.cell_size;
     vec2 before = max(-back, vec2(0.0));
     vec2 after = max(back, vec2(0.0));
     vec2 stay = 1.0 - abs(back);
     vec4 weight_axis = vec4(before.x * stay.y, after.x * stay.y, stay.x * before.y, stay.x * after.y);
     vec4 weight_diagonal = vec4(before.x * before.y, after.x * before.y, before.x * after.y, after.x * after.y);
-    precise float moved = stay.x * stay.y * own.y
-        + sum(weight_axis * axis_of(north, own, south), weight_diagonal * diagonal_of(north, own, south));
+    precise float moved = stay.x * stay.y * own + sum(weight_axis * axis, weight_diagonal * diagonal);
     return moved;
 }
 
@@ -74,50 +73,52 @@ void main() {
     ivec2 size = imageSize(height);
     if (outside(first, size)) return;
 
-    vec3 ground[ROWS + 2];
-    mat4x3 waters[ROWS + 2];
-    vec3 suspended[ROWS + 2];
-    vec3 surface[ROWS + 2]; // after the rain (6)
-    vec3 depth[ROWS + 2];
-    Outflow last[ROWS + 2];
-    [[unroll]] for (int j = 0; j < ROWS + 2; ++j) {
-        Row at = row(first, j, size);
-        ground[j] = ROW(height, at);
-        waters[j] = ROW4(water, at);
-        suspended[j] = ROW(sediment_in, at);
-        last[j] = OUTFLOW(axis_in, diagonal_in, at);
-        vec3 rain = vec3(push.rain);
-        if (CONTROLS) rain *= ROW(controls, at);
-        bvec3 sea = lessThan(ground[j], vec3(push.sea_level));
-        depth[j] = mix(waters[j][0] + rain, push.sea_level - ground[j], sea);
-        surface[j] = mix(ground[j] + (waters[j][0] + rain), vec3(push.sea_level), sea);
+    float ground[ROWS + 2][COLUMNS + 2];
+    float depth[ROWS + 2][COLUMNS + 2];   // after the rain (6)
+    float surface[ROWS + 2][COLUMNS + 2];
+    float suspended[ROWS + 2][COLUMNS + 2];
+    vec2 velocity[ROWS + 2][COLUMNS + 2];
+    float per_flux[ROWS + 2][COLUMNS + 2];
+    vec4 last_axis[ROWS + 2][COLUMNS + 2];
+    vec4 last_diagonal[ROWS + 2][COLUMNS + 2];
+    EACH_WITH_RIM(1, j, i) {
+        ivec2 at = clamp(first + ivec2(i, j) - 1, ivec2(0), size - 1);
+        vec4 wet = imageLoad(water, at);
+        float rain = CONTROLS ? push.rain * imageLoad(controls, at).x : push.rain;
+        float h = imageLoad(height, at).x;
+        ground[j][i] = h;
+        depth[j][i] = rained(wet.x, h, rain, push.sea_level);
+        surface[j][i] = h < push.sea_level ? push.sea_level : h + depth[j][i];
+        velocity[j][i] = wet.yz;
+        per_flux[j][i] = wet.y;
+        suspended[j][i] = imageLoad(sediment_in, at).x;
+        last_axis[j][i] = imageLoad(axis_in, at);
+        last_diagonal[j][i] = PIPES == 8u ? imageLoad(diagonal_in, at) : vec4(0.0);
     }
 
-    [[unroll]] for (int j = 1; j <= ROWS; ++j) {
-        ivec2 cell = first + ivec2(0, j - 1);
+    EACH_OWN(j, i) {
+        ivec2 cell = first + ivec2(i, j) - 1;
         Stencil at = stencil(cell, size);
 
         // Transport (17).
-        float sediment;
+        float sediment = suspended[j][i];
         if (SEMI_LAGRANGIAN) {
-            vec2 velocity = vec2(waters[j][1].y, waters[j][2].y);
-            sediment = traced_back(velocity, suspended[j - 1], suspended[j], suspended[j + 1]);
+            sediment = traced_back(velocity[j][i], sediment, AXIS_OF(suspended, j, i), DIAGONAL_OF(suspended, j, i));
         } else {
-            vec4 into_axis = axis_inflow(last[j - 1], last[j], last[j + 1], at.axis)
-                * axis_of(waters[j - 1][1], waters[j][1], waters[j + 1][1]);
-            vec4 into_diagonal = diagonal_inflow(last[j - 1], last[j], last[j + 1], at.diagonal)
-                * diagonal_of(waters[j - 1][1], waters[j][1], waters[j + 1][1]);
+            vec4 into_axis = AXIS_INFLOW(last_axis, j, i, at.axis) * AXIS_OF(per_flux, j, i);
+            vec4 into_diagonal = DIAGONAL_INFLOW(last_diagonal, j, i, at.diagonal) * DIAGONAL_OF(per_flux, j, i);
+            float outflow = sum(last_axis[j][i], last_diagonal[j][i]);
             precise float carried =
-                max(0.0, suspended[j].y - waters[j][1].y * sum(last[j].axis, last[j].diagonal)) + sum(into_axis, into_diagonal);
+                max(0.0, sediment - per_flux[j][i] * outflow) + sum(into_axis, into_diagonal);
             sediment = carried;
         }
 
-        float own_ground = ground[j].y;
-        float own_surface = surface[j].y;
-        vec4 ground_axis = axis_of(ground[j - 1], ground[j], ground[j + 1]);
-        vec4 ground_diagonal = diagonal_of(ground[j - 1], ground[j], ground[j + 1]);
-        vec4 surface_axis = axis_of(surface[j - 1], surface[j], surface[j + 1]);
-        vec4 surface_diagonal = diagonal_of(surface[j - 1], surface[j], surface[j + 1]);
+        float own_ground = ground[j][i];
+        float own_surface = surface[j][i];
+        vec4 ground_axis = AXIS_OF(ground, j, i);
+        vec4 ground_diagonal = DIAGONAL_OF(ground, j, i);
+        vec4 surface_axis = AXIS_OF(surface, j, i);
+        vec4 surface_diagonal = DIAGONAL_OF(surface, j, i);
         float steepest = DRAG ? gradient(surface_axis, push.cell_size) : 0.0;
         if (OPEN) {
             ground_axis = mix(vec4(own_ground), ground_axis, at.axis);
@@ -128,22 +129,22 @@ void main() {
 
         // Flow (7, 8). Eight pipes have the widths that make them isotropic.
         float l = push.cell_size;
-        vec4 axis = accelerate(last[j].axis, own_ground, own_surface, ground_axis, surface_axis, steepest, l,
+        vec4 axis = accelerate(last_axis[j][i], own_ground, own_surface, ground_axis, surface_axis, steepest, l,
                                PIPES == 8u ? 2.0 / 3.0 * l : l);
         axis = mix(vec4(0.0), axis, OPEN ? bvec4(true) : at.axis);
         vec4 diagonal = vec4(0.0);
         if (PIPES == 8u) {
-            diagonal = accelerate(last[j].diagonal, own_ground, own_surface, ground_diagonal, surface_diagonal, steepest,
+            diagonal = accelerate(last_diagonal[j][i], own_ground, own_surface, ground_diagonal, surface_diagonal, steepest,
                                   SQRT2 * l, SQRT2 / 6.0 * l);
             diagonal = mix(vec4(0.0), diagonal, OPEN ? bvec4(true) : at.diagonal);
         }
 
         // No cell gives more than it has (9).
         float outflow = sum(axis, diagonal);
-        float available = depth[j].y * (l * l / push.time_step);
+        float available = depth[j][i] * (l * l / push.time_step);
         float share = outflow > available ? available / outflow : 1.0;
 
-        if (cell.y < size.y) {
+        if (!outside(cell, size)) {
             imageStore(axis_out, cell, axis * share);
             if (PIPES == 8u) imageStore(diagonal_out, cell, diagonal * share);
             imageStore(sediment_out, cell, vec4(sediment));

@@ -8,7 +8,7 @@
 
 #include "lib/block.glsl"
 
-layout(local_size_x = 128, local_size_y = 1) in;
+layout(local_size_x = 64, local_size_y = 1) in;
 layout(binding = 0, rgba32f) uniform readonly image2D water;
 layout(binding = 1, r32f) uniform readonly image2D sediment_in;
 layout(binding = 2, r32f) uniform writeonly image2D sediment_out;
@@ -21,20 +21,20 @@ void main() {
     ivec2 size = imageSize(water);
     if (outside(first, size)) return;
 
-    vec3 depth[ROWS + 2];
-    vec3 suspension[ROWS + 2];
-    [[unroll]] for (int j = 0; j < ROWS + 2; ++j) {
-        Row at = row(first, j, size);
-        depth[j] = ROW(water, at);
-        suspension[j] = ROW(sediment_in, at);
+    float depth[ROWS + 2][COLUMNS + 2];
+    float suspension[ROWS + 2][COLUMNS + 2];
+    EACH_WITH_RIM(1, j, i) {
+        ivec2 at = clamp(first + ivec2(i, j) - 1, ivec2(0), size - 1);
+        depth[j][i] = imageLoad(water, at).x;
+        suspension[j][i] = imageLoad(sediment_in, at).x;
     }
 
-    [[unroll]] for (int j = 1; j <= ROWS; ++j) {
-        ivec2 cell = first + ivec2(0, j - 1);
-        float sediment = suspension[j].y;
-        bvec4 wet = greaterThan(min(vec4(depth[j].y), axis_of(depth[j - 1], depth[j], depth[j + 1])), vec4(DRY));
-        precise vec4 rise = axis_of(suspension[j - 1], suspension[j], suspension[j + 1]) - sediment;
+    EACH_OWN(j, i) {
+        ivec2 cell = first + ivec2(i, j) - 1;
+        float sediment = suspension[j][i];
+        bvec4 wet = greaterThan(min(vec4(depth[j][i]), AXIS_OF(depth, j, i)), vec4(DRY));
+        precise vec4 rise = AXIS_OF(suspension, j, i) - sediment;
         precise float diffused = sediment + push.mixing * sum(mix(vec4(0.0), rise, wet));
-        if (cell.y < size.y) imageStore(sediment_out, cell, vec4(diffused));
+        if (!outside(cell, size)) imageStore(sediment_out, cell, vec4(diffused));
     }
 }

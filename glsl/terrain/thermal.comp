@@ -9,7 +9,7 @@
 
 #include "lib/block.glsl"
 
-layout(local_size_x = 128, local_size_y = 1) in;
+layout(local_size_x = 64, local_size_y = 1) in;
 // How much moves: half of the excess over the repose slope, or half of the whole drop.
 layout(constant_id = 0) const uint LAW = 0;
 layout(constant_id = 1) const bool CONTROLS = false;
@@ -44,51 +44,45 @@ void main() {
     ivec2 size = imageSize(height_in);
     if (outside(first, size)) return;
 
-    // The block and two cells round it.
-    float h[ROWS + 4][5];
-    [[unroll]] for (int j = 0; j < ROWS + 4; ++j) {
-        [[unroll]] for (int i = 0; i < 5; ++i) {
-            ivec2 cell = first + ivec2(i, j) - 2;
-            float height = imageLoad(height_in, clamp(cell, ivec2(0), size - 1)).x;
-            h[j][i] = outside(cell, size) ? NOWHERE : height;
-        }
+    float h[ROWS + 4][COLUMNS + 4];
+    EACH_WITH_RIM(2, j, i) {
+        ivec2 cell = first + ivec2(i, j) - 2;
+        float height = imageLoad(height_in, clamp(cell, ivec2(0), size - 1)).x;
+        h[j][i] = outside(cell, size) ? NOWHERE : height;
     }
 
-    // The block and one cell round it.
-    float rate[ROWS + 2][3];
-    float rise[ROWS + 2][3];
-    [[unroll]] for (int j = 0; j < ROWS + 2; ++j) {
-        [[unroll]] for (int i = 0; i < 3; ++i) {
-            float own = h[j + 1][i + 1];
-            vec4 axis = own - vec4(h[j + 1][i], h[j + 1][i + 2], h[j][i + 1], h[j + 2][i + 1]);
-            vec4 diagonal = own - vec4(h[j][i], h[j][i + 2], h[j + 2][i], h[j + 2][i + 2]);
-            rise[j][i] = own < push.sea_level ? push.rise_under_water : push.rise_on_land;
-            rate[j][i] = gives(own, axis, diagonal, rise[j][i]);
-        }
+    float rise[ROWS + 2][COLUMNS + 2];
+    float rate[ROWS + 2][COLUMNS + 2];
+    EACH_WITH_RIM(1, j, i) {
+        float own = h[j + 1][i + 1];
+        rise[j][i] = own < push.sea_level ? push.rise_under_water : push.rise_on_land;
+        rate[j][i] =
+            gives(own, own - AXIS_OF(h, j + 1, i + 1), own - DIAGONAL_OF(h, j + 1, i + 1), rise[j][i]);
     }
 
-    const int DX[8] = int[8](-1, 1, 0, 0, -1, 1, -1, 1);
-    const int DY[8] = int[8](0, 0, -1, 1, -1, -1, 1, 1);
-    [[unroll]] for (int j = 0; j < ROWS; ++j) {
-        ivec2 cell = first + ivec2(0, j);
-        ivec2 own = min(cell, size - 1); // for loads: the last block may reach beyond the grid
+    const ivec2 NEIGHBOURS[8] = ivec2[8](ivec2(-1, 0), ivec2(1, 0), ivec2(0, -1), ivec2(0, 1),
+                                         ivec2(-1, -1), ivec2(1, -1), ivec2(-1, 1), ivec2(1, 1));
+    EACH_OWN(j, i) {
+        ivec2 cell = first + ivec2(i, j) - 1;
+        ivec2 own = min(cell, size - 1); // for loads: the last blocks may reach beyond the grid
         float own_mask = CONTROLS ? imageLoad(controls, own).z : 1.0;
         float flow[8];
         [[unroll]] for (int n = 0; n < 8; ++n) {
-            ivec2 d = ivec2(DX[n], DY[n]);
+            ivec2 to = NEIGHBOURS[n];
             float length = n < 4 ? 1.0 : SQRT2;
-            precise float drop = h[j + 2][2] - h[j + 2 + d.y][2 + d.x];
-            precise float given = drop > rise[j + 1][1] * length ? rate[j + 1][1] * drop : 0.0;
-            precise float taken =
-                -drop > rise[j + 1 + d.y][1 + d.x] * length ? rate[j + 1 + d.y][1 + d.x] * -drop : 0.0;
+            precise float drop = h[j + 1][i + 1] - h[j + 1 + to.y][i + 1 + to.x];
+            precise float given = drop > rise[j][i] * length ? rate[j][i] * drop : 0.0;
+            float rise_there = rise[j + to.y][i + to.x];
+            precise float taken = -drop > rise_there * length ? rate[j + to.y][i + to.x] * -drop : 0.0;
             float mask =
-                CONTROLS ? min(own_mask, imageLoad(controls, clamp(own + d, ivec2(0), size - 1)).z) : 1.0;
-            flow[n] = (taken - given) * mask;
+                CONTROLS ? min(own_mask, imageLoad(controls, clamp(own + to, ivec2(0), size - 1)).z) : 1.0;
+            precise float moved = (taken - given) * mask;
+            flow[n] = moved;
         }
         precise float moved = sum(vec4(flow[0], flow[1], flow[2], flow[3]), vec4(flow[4], flow[5], flow[6], flow[7]));
         precise float e = imageLoad(change, own).x + moved;
         precise float grown = imageLoad(start, own).x + e;
-        if (cell.y < size.y) {
+        if (!outside(cell, size)) {
             imageStore(change, cell, vec4(e));
             imageStore(height_out, cell, vec4(grown));
         }

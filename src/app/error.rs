@@ -22,6 +22,8 @@ pub enum Error {
     Memory(String),
     #[error(transparent)]
     World(#[from] world::Error),
+    #[error("the cache is no use: {0}")]
+    Cache(#[from] world::cache::Error),
     #[error(transparent)]
     Gpu(#[from] gpu::Error),
     #[error(transparent)]
@@ -31,16 +33,35 @@ pub enum Error {
     /// Vulkan was used wrongly.
     #[error("the Vulkan validation layer complains:\n{}", .0.join("\n"))]
     Validation(Vec<String>),
-    #[error("interrupted; {}", match written {
+    #[error("interrupted; {}{}", match written {
         0 => "no file was written".into(),
         written => format!("{written} files had been written, and are whole"),
+    }, match kept {
+        Some(Kept) => "; the land so far is kept, and the same command goes on from there",
+        None => "",
     })]
-    Interrupted { written: usize },
+    Interrupted { written: usize, kept: Option<Kept> },
 }
 
+/// The state of an unfinished simulation is in the cache.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept;
+
+/// What the process exits with, and why.
+pub const EXIT_CODES: &[(u8, &str)] = &[
+    (0, "all went well"),
+    (1, "something else failed"),
+    (2, "the arguments make no sense"),
+    (3, "something in the world file or an option is wrong"),
+    (4, "no such device, or no driver"),
+    (5, "the device was lost"),
+    (6, "not enough memory"),
+    (7, "a file can't be read or written"),
+    (130, "interrupted; files that had been written are whole"),
+];
+
 impl Error {
-    /// 1 other · 2 usage · 3 something the user wrote is wrong · 4 no such device, no driver · 5 device lost · 6 memory ·
-    /// 7 input and output · 130 interrupted.
+    /// One of [`EXIT_CODES`].
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => 2,
@@ -53,7 +74,7 @@ impl Error {
                 gpu::Error::MemoryLimit { .. } | gpu::Error::OutOfMemory { .. } => 6,
                 gpu::Error::Vk { .. } => 1,
             },
-            Error::File(_) => 7,
+            Error::File(_) | Error::Cache(_) => 7,
             Error::Bench(_) | Error::Validation(_) => 1,
             Error::Interrupted { .. } => 130,
         }

@@ -16,11 +16,12 @@ pub fn listen() {
     });
 }
 
+/// Whether an interruption has been asked for.
+pub fn requested() -> bool {
+    REQUESTED.load(Ordering::SeqCst)
+}
+
 /// Fails once an interruption has been asked for; called between steps.
 pub fn check(report: &Report) -> Result<(), Error> {
-    if REQUESTED.load(Ordering::SeqCst) {
-        Err(Error::Interrupted { written: report.written() })
-    } else {
-        Ok(())
-    }
+    if requested() { Err(Error::Interrupted { written: report.written(), kept: None }) } else { Ok(()) }
 }

@@ -1,6 +1,7 @@
 //! From a world file to finished land: what every verb that shows or writes land begins with.
 
 use super::cli::options::{DeviceOptions, WorldOptions};
+use super::keep::{self, Keeper};
 use super::{Error, Session, interrupt};
 use crate::gpu::{self, Gpu};
 use crate::scene::{Ground, Scene};
@@ -17,6 +18,7 @@ pub fn load(options: &WorldOptions, session: &mut Session) -> Result<World, Erro
     let overrides = Overrides { set: options.set.clone(), seed: options.seed };
     let world = world::load(&options.world, &overrides)?;
     session.report.seed = Some(world.seed);
+    session.cache = if options.no_cache { None } else { keep::cache(session)? };
     for warning in &world.warnings {
         session.progress.say(&format!("warning: {warning}"));
     }
@@ -36,12 +38,19 @@ pub fn open(options: &DeviceOptions, session: &mut Session) -> Result<Gpu, Error
     Ok(gpu)
 }
 
-/// Runs the simulation to its end, or to an interruption.
+/// Runs the simulation from where earlier runs left it to its end, or to an interruption.
 pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simulation, Error> {
-    let mut simulation = Simulation::new(gpu, &world.plan)?;
+    let mut keeper = Keeper::new(gpu, world, session);
+    let mut simulation = keeper.begin(&session.progress)?;
     let mut progress = simulation.progress();
+    for (stage, of) in world.plan.stages().into_iter().take_while(|(stage, _)| *stage != progress.stage) {
+        session.progress.show(stage.name(), of.into(), of.into());
+    }
     while !progress.finished {
-        interrupt::check(&session.report)?;
+        if interrupt::requested() {
+            let kept = keeper.keep(&simulation, &session.progress);
+            return Err(Error::Interrupted { written: session.report.written(), kept });
+        }
         session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
         let before = progress;
         progress = simulation.step(SLICE)?;
@@ -51,6 +60,7 @@ pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simul
         if progress.stage != before.stage {
             session.progress.show(before.stage.name(), before.of.into(), before.of.into());
         }
+        keeper.watch(&simulation, &session.progress);
     }
     session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
     session.progress.end();

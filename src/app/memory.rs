@@ -1,42 +1,189 @@
 //! Memory that a run takes, known and refused before it begins.
 
 use super::Error;
+use crate::core::grid::Grid;
 use crate::core::memory::{Memory, mebibytes, total};
+use crate::gpu::{self, DeviceKind, Gpu};
 use crate::raster::{self, Quality};
 use crate::scene::Film;
-use crate::world::World;
+use crate::terrain::Plan;
+use std::fmt::{self, Display, Formatter};
 
-/// Device memory of a run that ends in a picture, phase by phase: while the picture is drawn the land is there and the simulation gone.
-pub struct Phases {
+/// What a run makes of the land.
+#[derive(Clone, Copy)]
+pub enum Goal {
+    Picture(Film),
+    Layers(Layers),
+}
+
+/// What layers take beside the simulation.
+#[derive(Clone, Copy)]
+pub struct Layers {
+    pub source: Source,
+    /// Host memory of the largest file while it is made, bytes.
+    pub file: u64,
+}
+
+/// Where layers come from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Source {
+    /// The simulation alone.
+    Simulation,
+    /// The renderer draws some.
+    Renderer,
+}
+
+/// Memory of a run by what it holds. On the device it goes in phases: the picture is drawn when the simulation is gone.
+pub struct Needs {
     pub land: Vec<Memory>,
     pub picture: Vec<Memory>,
+    pub host: Vec<Memory>,
 }
 
-impl Phases {
-    pub fn of(world: &World, film: &Film) -> Self {
-        let plan = &world.plan;
-        let mut picture = vec![plan.land_memory()];
-        picture.extend(raster::memory::picture(plan.grid, film, Quality::default()));
-        Phases { land: plan.memory(), picture }
+/// The memory there is, in bytes; `None` where nothing is known.
+#[derive(Clone, Copy, Default)]
+pub struct Limits {
+    /// Of the device, in all.
+    pub device: Option<u64>,
+    /// Of the device, in one piece.
+    piece: Option<u64>,
+    /// Samples along a side of an image.
+    side: Option<u32>,
+    /// Of the host, for the device too where that is the CPU.
+    host: Option<u64>,
+    shared: bool,
+}
+
+impl Limits {
+    /// Of `--memory-limit` alone, where no device is asked.
+    pub fn of_option(device: Option<u64>) -> Self {
+        Limits { device, ..Limits::default() }
     }
 
-    /// Refuses a phase that would pass the device's memory limit.
-    pub fn check(&self, limit: u64) -> Result<(), Error> {
-        check_device("the land", total(&self.land), "terrain.cells", limit)?;
-        check_device("the picture", total(&self.picture), "terrain.cells or the picture's size", limit)
+    pub fn of(gpu: &Gpu) -> Self {
+        let info = gpu.info();
+        let shared = info.kind == DeviceKind::Cpu;
+        let limit = gpu.memory().limit;
+        Limits {
+            // The heap of a driver in software bounds nothing; the host's memory does.
+            device: Some(if shared { limit } else { limit.min(info.memory) }),
+            piece: Some(info.max_allocation),
+            side: Some(info.max_image),
+            host: gpu::free_ram(),
+            shared,
+        }
     }
 }
 
-/// Refuses `what` needs more device memory than there may be; `remedy` is what to lower.
-pub fn check_device(what: &str, needed: u64, remedy: &str, limit: u64) -> Result<(), Error> {
-    if needed <= limit {
-        return Ok(());
+impl Needs {
+    pub fn of(plan: &Plan, goal: &Goal) -> Self {
+        let samples = plan.grid.samples() as u64;
+        let mut land = plan.memory();
+        let mut picture = Vec::new();
+        // The widest image on its way: controls to the device, what is kept for later runs from it.
+        let mut host = vec![Memory { name: "copies", bytes: 16 * samples }];
+        match goal {
+            Goal::Picture(film) => {
+                picture.push(plan.land_memory());
+                picture.extend(raster::memory::picture(plan.grid, film, Quality::default()));
+                host.push(Memory { name: "picture", bytes: picture_bytes(film) });
+            }
+            Goal::Layers(Layers { source, file }) => {
+                if *source == Source::Renderer {
+                    land.extend(raster::memory::maps(plan.grid));
+                }
+                host.push(Memory { name: "file", bytes: *file });
+            }
+        }
+        Self { land, picture, host }
     }
-    Err(Error::Memory(format!(
-        "{what} needs {} of device memory and {} may be used; lower {remedy}, or raise --memory-limit",
-        mebibytes(needed),
-        mebibytes(limit)
-    )))
+}
+
+/// Refuses a run that needs more than there is: with what it needs it for, and the largest grid that would do.
+pub fn check(plan: &Plan, goal: impl Fn(&Plan) -> Goal, limits: &Limits) -> Result<(), Error> {
+    let cells = plan.grid.cells;
+    if let Some(most) = limits.side.filter(|most| cells > *most) {
+        let reason = format!("terrain.cells is {cells}, and its images have at most {most} samples a side");
+        return Err(gpu::Error::Unsupported(reason).into());
+    }
+    let Some(excess) = excess(plan, &goal(plan), limits) else { return Ok(()) };
+    let fewer = match largest_grid(plan, goal, limits) {
+        Some(cells) => format!("lower terrain.cells: {cells} would do"),
+        None => "fewer terrain.cells alone are not enough".into(),
+    };
+    Err(Error::Memory(format!("{excess}; {fewer}{}", excess.remedy)))
+}
+
+/// Most cells that the world could have within the limits.
+pub fn largest_grid(plan: &Plan, goal: impl Fn(&Plan) -> Goal, limits: &Limits) -> Option<u32> {
+    const FEWEST: u32 = 64;
+    const MOST: u32 = 8192;
+
+    let fits = |cells: u32| {
+        let plan = Plan { grid: Grid { cells, ..plan.grid }, ..plan.clone() };
+        limits.side.is_none_or(|most| cells <= most) && excess(&plan, &goal(&plan), limits).is_none()
+    };
+    if !fits(FEWEST) {
+        return None;
+    }
+    let (mut fit, mut too_many) = (FEWEST, MOST + 1);
+    while too_many - fit > 1 {
+        let middle = fit.midpoint(too_many);
+        if fits(middle) { fit = middle } else { too_many = middle }
+    }
+    Some(fit)
+}
+
+/// More than there is, of one kind of memory.
+struct Excess {
+    what: &'static str,
+    of: &'static str,
+    parts: Vec<Memory>,
+    limit: u64,
+    /// What else would help than fewer cells.
+    remedy: &'static str,
+}
+
+fn excess(plan: &Plan, goal: &Goal, limits: &Limits) -> Option<Excess> {
+    let Needs { land, picture, mut host } = Needs::of(plan, goal);
+    // The widest image has four floats a sample.
+    let image = vec![Memory { name: "flow", bytes: 16 * plan.grid.samples() as u64 }];
+    if limits.shared {
+        host.push(Memory { name: "device", bytes: total(&land).max(total(&picture)) });
+    }
+    let raise = ", or raise --memory-limit";
+    let smaller = " or the picture's size, or raise --memory-limit";
+    let rows = [
+        ("an image of the land", "device memory in one piece", image, limits.piece, ""),
+        ("the land", "device memory", land, limits.device, raise),
+        ("the picture", "device memory", picture, limits.device, smaller),
+        ("the run", "the computer's memory", host, limits.host, ", or end other programs"),
+    ];
+    rows.into_iter().find_map(|(what, of, parts, limit, remedy)| {
+        let limit = limit.filter(|limit| total(&parts) > *limit)?;
+        Some(Excess { what, of, parts, limit, remedy })
+    })
+}
+
+impl Display for Excess {
+    fn fmt(&self, out: &mut Formatter) -> fmt::Result {
+        let Excess { what, of, parts, limit, .. } = self;
+        let mut parts = parts.clone();
+        parts.sort_by_key(|part| std::cmp::Reverse(part.bytes));
+        write!(
+            out,
+            "{what} needs {} of {of} and {} may be used ({})",
+            mebibytes(total(&parts)),
+            mebibytes(*limit),
+            by_name(&parts)
+        )
+    }
+}
+
+/// What each part takes.
+pub fn by_name(parts: &[Memory]) -> String {
+    let parts = parts.iter().map(|part| format!("{} {}", part.name, mebibytes(part.bytes)));
+    parts.collect::<Vec<_>>().join(", ")
 }
 
 /// Refuses a picture that would take more than [`MOST_PICTURE`].
@@ -60,4 +207,58 @@ const MOST_PICTURE: u64 = 3 << 30;
 /// Floats, the screen's bytes, and these again while they are compressed.
 fn picture_bytes(film: &Film) -> u64 {
     u64::from(film.width) * u64::from(film.height) * (12 + 3 + 3)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::ToneMap;
+    use crate::world::{self, Overrides};
+    use std::path::Path;
+
+    fn plan(cells: u32) -> Plan {
+        let text = format!("format = 1\nterrain.cells = {cells}");
+        world::parse("test.toml", text.as_bytes(), Path::new(""), &Overrides::default()).unwrap().plan
+    }
+
+    fn picture(_: &Plan) -> Goal {
+        Goal::Picture(Film { width: 1280, height: 720, exposure: 1.0, tone_map: ToneMap::None })
+    }
+
+    fn refusal(plan: &Plan, limits: Limits) -> Option<String> {
+        check(plan, picture, &limits).err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_host_is_asked_too() {
+        let gibibyte = Some(1 << 30);
+        let own = Limits { host: gibibyte, ..Limits::default() };
+        assert_eq!(refusal(&plan(4096), own), None);
+        // A device that is the CPU takes from the same memory.
+        let message = refusal(&plan(4096), Limits { shared: true, ..own }).unwrap();
+        for part in ["the run needs", "the computer's memory and 1024.0 MiB", "device 2432.0 MiB", "would do"]
+        {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+
+    #[test]
+    fn an_image_fits_one_allocation_and_the_device() {
+        let limits = Limits { piece: Some(16 * 2000 * 2000), ..Limits::default() };
+        assert_eq!(refusal(&plan(2000), limits), None);
+        let message = refusal(&plan(2001), limits).unwrap();
+        assert!(message.contains("in one piece") && message.contains("2000 would do"), "{message}");
+
+        let limits = Limits { side: Some(4096), ..Limits::default() };
+        assert_eq!(refusal(&plan(4096), limits), None);
+        let message = refusal(&plan(4097), limits).unwrap();
+        assert!(message.contains("at most 4096 samples a side"), "{message}");
+        assert_eq!(largest_grid(&plan(64), picture, &limits), Some(4096));
+    }
+
+    #[test]
+    fn what_nothing_is_known_of_is_no_limit() {
+        assert_eq!(refusal(&plan(8192), Limits::default()), None);
+        assert_eq!(largest_grid(&plan(64), picture, &Limits::default()), Some(8192));
+    }
 }

@@ -3,14 +3,16 @@
 mod cli;
 mod error;
 mod interrupt;
+mod keep;
 mod land;
 mod memory;
 mod progress;
 mod report;
 
-pub use error::Error;
+pub use error::{EXIT_CODES, Error};
 
 use crate::gpu::MessageLog;
+use crate::world::cache::Cache;
 use clap::Parser;
 use cli::Cli;
 use progress::Progress;
@@ -30,6 +32,7 @@ pub fn main() -> ExitCode {
     let mut session = Session {
         report: Report::of(cli.name()),
         progress: Progress::new(cli.voice()),
+        cache: None,
         validation: validation.clone(),
     };
     let mut result = cli.run(&mut session);
@@ -57,6 +60,8 @@ pub fn main() -> ExitCode {
 struct Session {
     report: Report,
     progress: Progress,
+    /// Where states of the land are kept; `None` if that was not asked for, or can't be.
+    cache: Option<Cache>,
     /// Messages of the Vulkan validation layer, which the environment variable `TERRANE_VALIDATION` switches on. Any
     /// message fails the run: tests use it.
     validation: Option<MessageLog>,

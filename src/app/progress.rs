@@ -29,6 +29,9 @@ enum Channel {
 
 struct Current {
     name: &'static str,
+    /// Iterations that were done before this run.
+    cached: u64,
+    /// Iterations that are done.
     iterations: u64,
     start: Instant,
     last_line: Instant,
@@ -48,19 +51,23 @@ impl Progress {
         Progress { channel, current: None, stages: Vec::new() }
     }
 
-    /// Says that `iteration` of `of` iterations of a stage are done. The first call of another stage ends the one before.
+    /// Says that `iteration` of `of` iterations of a stage are done. The first call of another stage ends the one before;
+    /// what is done by then comes from the cache.
     pub fn show(&mut self, stage: &'static str, iteration: u64, of: u64) {
         if self.current.as_ref().is_some_and(|current| current.name != stage) {
             self.end();
         }
         let channel = self.channel;
-        let current = self.current.get_or_insert_with(|| Current::new(stage, of, channel));
+        if self.current.is_none() && iteration > 0 && iteration < of {
+            self.say(&format!("{stage}: continuing at iteration {iteration} of {of}"));
+        }
+        let current = self.current.get_or_insert_with(|| Current::new(stage, iteration, of, channel));
         current.iterations = iteration;
         if let Some(bar) = &current.bar {
             bar.set_position(iteration);
         } else if channel == Channel::Lines && current.last_line.elapsed() >= LINE_INTERVAL {
             current.last_line = Instant::now();
-            let rate = iteration as f64 / current.start.elapsed().as_secs_f64();
+            let rate = (iteration - current.cached) as f64 / current.start.elapsed().as_secs_f64();
             let left = of.saturating_sub(iteration) as f64 / rate;
             line(&format!("{stage}: {iteration} of {of}, {rate:.1}/s, {left:.0} s left"));
         }
@@ -72,16 +79,22 @@ impl Progress {
         if let Some(bar) = &current.bar {
             bar.finish_and_clear();
         }
-        let (name, iterations, seconds) =
-            (current.name, current.iterations, current.start.elapsed().as_secs_f64());
-        self.say(&format!("{name}: {iterations} in {seconds:.1} s"));
-        self.stages.push(Stage { name, seconds, iterations });
+        let Current { name, cached, .. } = current;
+        let (iterations, seconds) = (current.iterations - cached, current.start.elapsed().as_secs_f64());
+        if cached > 0 && iterations == 0 {
+            self.say(&format!("{name}: from the cache"));
+        } else {
+            self.say(&format!("{name}: {iterations} in {seconds:.1} s"));
+        }
+        self.stages.push(Stage { name, seconds, iterations, cached });
     }
 
     /// A line for the user.
     pub fn say(&self, message: &dyn Display) {
-        if self.channel != Channel::None {
-            line(message);
+        match self.current.as_ref().and_then(|current| current.bar.as_ref()) {
+            Some(bar) => bar.suspend(|| line(message)),
+            None if self.channel == Channel::None => {}
+            None => line(message),
         }
     }
 
@@ -91,15 +104,17 @@ impl Progress {
 }
 
 impl Current {
-    fn new(name: &'static str, of: u64, channel: Channel) -> Self {
+    fn new(name: &'static str, cached: u64, of: u64, channel: Channel) -> Self {
         let now = Instant::now();
         let bar = (channel == Channel::Terminal).then(|| {
             let bar = ProgressBar::with_draw_target(Some(of), ProgressDrawTarget::stderr());
             bar.set_style(style());
             bar.set_message(name);
+            bar.set_position(cached);
+            bar.reset_eta();
             bar
         });
-        Current { name, iterations: 0, start: now, last_line: now, bar }
+        Current { name, cached, iterations: cached, start: now, last_line: now, bar }
     }
 }
 

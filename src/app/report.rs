@@ -31,7 +31,10 @@ pub struct Report {
 pub struct Stage {
     pub name: &'static str,
     pub seconds: f64,
+    /// Done in this run.
     pub iterations: u64,
+    /// Done in earlier runs, and taken from the cache.
+    pub cached: u64,
 }
 
 #[derive(Serialize)]
@@ -39,6 +42,7 @@ pub struct Stage {
 pub enum Details {
     Plan(serde_json::Value),
     Devices(serde_json::Value),
+    Cache(serde_json::Value),
     /// `rows` and what they were measured on.
     #[serde(untagged)]
     Bench(Bench),

@@ -1,10 +1,12 @@
 //! The simulation grid: square, samples at vertices, centred on the origin.
 
+use serde::Serialize;
+
 /// A square raster of `cells × cells` height samples over `extent × extent` metres.
 ///
 /// Samples are vertices: column 0 lies on the west edge, column `cells − 1` on the east edge;
 /// row 0 is the north edge.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Grid {
     /// Samples along one side.
     pub cells: u32,

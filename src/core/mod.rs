@@ -5,3 +5,4 @@ pub mod color;
 pub mod grid;
 pub mod hash;
 pub mod memory;
+pub mod resample;

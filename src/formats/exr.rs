@@ -1,7 +1,7 @@
 //! OpenEXR: scene-linear pictures, and layers of the land as named channels, all in 32-bit floats.
 
 use super::file::{self, Written};
-use super::{Error, check_size, open};
+use super::{Error, check_size, collect, open};
 use exr::block::reader::ChunksReader;
 use exr::block::{self, UncompressedBlock};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, SpecificChannels};
@@ -88,7 +88,8 @@ pub fn read_channel(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
     let channels = header.channels.clone();
 
     // Not a number where no block has arrived.
-    let mut values = vec![f32::NAN; size.area()];
+    let mut values = collect(path, [size.width() as u64, size.height() as u64])?;
+    values.resize(size.area(), f32::NAN);
     reader
         .all_chunks(false)
         .map_err(corrupt)?
@@ -164,11 +165,19 @@ fn check_blocks(header: &Header, file_bytes: u64) -> Result<(), String> {
     const LEAST_BLOCK_BYTES: u64 = 16;
     /// Tiles are 32 to 512 samples wide where they help.
     const LONGEST_TILE_SIDE: usize = 4096;
+    /// A block is in memory compressed, decompressed, and put in order.
+    const MOST_BLOCK_BYTES: u64 = 64 << 20;
 
     if header.chunk_count as u64 > file_bytes / LEAST_BLOCK_BYTES {
         return Err(format!("its header promises {} blocks in {file_bytes} bytes", header.chunk_count));
     }
     let Vec2(width, height) = header.max_block_pixel_size();
+    let block_bytes = width as u64 * height as u64 * header.channels.bytes_per_pixel as u64;
+    if block_bytes > MOST_BLOCK_BYTES {
+        return Err(format!(
+            "a block of it takes {block_bytes} bytes; at most {MOST_BLOCK_BYTES} can be read"
+        ));
+    }
     if header.blocks.has_tiles() && width.max(height) > LONGEST_TILE_SIDE {
         return Err(format!(
             "its tiles are {width} × {height}; at most {LONGEST_TILE_SIDE} a side can be read"

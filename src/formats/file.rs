@@ -27,8 +27,18 @@ pub fn write(
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> Result<Written, Error> {
     let target = Target::new(path)?;
-    let (bytes, sha256) = target.write(fill).map_err(|source| Error::Write { path: path.into(), source })?;
+    let (bytes, sha256) =
+        target.write(fill, measure).map_err(|source| Error::Write { path: path.into(), source })?;
     Ok(Written { path: path.into(), bytes, sha256 })
+}
+
+/// Writes a file as [`write()`] does, and does not read it again to say what it holds.
+///
+/// # Errors
+/// Those of [`write()`].
+pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
+    let target = Target::new(path)?;
+    target.write(fill, |_| Ok(())).map_err(|source| Error::Write { path: path.into(), source })
 }
 
 /// Finds out whether [`write()`] would work, without leaving anything behind: asked before minutes of simulation.
@@ -67,6 +77,12 @@ pub fn make_folder(path: &Path) -> Result<(), Error> {
         Err(source) if !path.is_dir() => Err(Error::Write { path: path.into(), source }),
         _ => Ok(()),
     }
+}
+
+/// Whether a file is one that [`write()`] has not finished, or was stopped from removing.
+pub fn is_unfinished(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+    name.starts_with(b".terrane-") && name.ends_with(b".part")
 }
 
 /// Removes the temporary files of every [`write()`] under way, and lets none of them finish: for a process that is about
@@ -118,22 +134,24 @@ impl Target {
         Ok(Self { path, folder })
     }
 
-    /// Length and SHA-256 of what was written.
-    fn write(&self, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> io::Result<(u64, String)> {
+    /// Gives what `inspect` finds in the file before it gets its name.
+    fn write<T>(
+        &self,
+        fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+        inspect: impl FnOnce(&File) -> io::Result<T>,
+    ) -> io::Result<T> {
         let unfinished = Unfinished::new(&self.folder)?;
         let mut writer = BufWriter::new(&unfinished.file);
         fill(&mut writer)?;
         writer.flush()?;
         drop(writer);
 
-        let mut file = &unfinished.file;
-        file.sync_all()?;
-        file.rewind()?;
-        let measured = measure(&mut BufReader::new(file))?;
+        unfinished.file.sync_all()?;
+        let found = inspect(&unfinished.file)?;
 
         unfinished.rename(&self.path)?;
         sync_folder(&self.folder)?;
-        Ok(measured)
+        Ok(found)
     }
 }
 
@@ -183,8 +201,10 @@ impl Drop for Unfinished {
     }
 }
 
-/// Length of what can still be read, and its SHA-256 in hexadecimal.
-fn measure(reader: &mut impl BufRead) -> io::Result<(u64, String)> {
+/// Length of a file, and its SHA-256 in hexadecimal.
+fn measure(mut file: &File) -> io::Result<(u64, String)> {
+    file.rewind()?;
+    let mut reader = BufReader::new(file);
     let (mut bytes, mut digest) = (0, Sha256::new());
     loop {
         let chunk = reader.fill_buf()?;

@@ -1,16 +1,26 @@
-//! Bytes in and out: pictures, height maps and what is said beside them. One file a format, reading and writing.
+//! Bytes in and out: pictures, rasters of the land and what is said beside them. One file a format, reading and writing.
 //! Sizes are checked before memory is taken, and a file is written whole or not at all.
 
 pub mod exr;
 pub mod file;
 pub mod png;
+pub mod raw;
+pub mod sealed;
 pub mod sidecar;
+pub mod tiff;
+mod window;
 
+pub use window::{FirstRow, Window};
+
+use raw::ByteOrder;
 use std::io;
 use std::path::{Path, PathBuf};
 
 /// Longest side of an image that is read, in samples.
 pub const MAX_SIDE: u32 = 16_384;
+
+/// Most memory that reading a raster takes, bytes.
+const MAX_BYTES: u64 = 480 << 20;
 
 /// Why a file could not be read or written. Every message names the file and says what to do.
 #[derive(Debug, thiserror::Error)]
@@ -31,8 +41,8 @@ pub enum Error {
     Unsuitable { path: PathBuf, reason: String },
 
     #[error(
-        "{} is {width} × {height}; at most {MAX_SIDE} samples a side can be read: scale it down first",
-        path.display()
+        "{} is {width} × {height}; at most {MAX_SIDE} samples a side and {} in all can be read: scale it down first",
+        path.display(), MAX_BYTES / 4
     )]
     TooLarge { path: PathBuf, width: u64, height: u64 },
 
@@ -53,7 +63,7 @@ pub struct Map {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// Row-major, first row first (the north edge); all finite.
+    /// Row-major, the north edge first; all finite.
     pub values: Vec<f32>,
     pub scale: Scale,
     /// Least and greatest height that the sidecar names, in metres.
@@ -63,19 +73,19 @@ pub struct Map {
 /// What the numbers of a map mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Shares of a range: 0 is its lower end, 1 its upper one (the integers of a PNG).
+    /// Shares of a range: 0 is its lower end, 1 its upper one (the integers of a PNG or RAW).
     Share,
-    /// The quantity itself (the floats of an EXR).
+    /// The quantity itself (the floats of an EXR or TIFF).
     Absolute,
 }
 
 impl Map {
     /// The values in metres. `range` names the heights that the ends of the scale stand for; without it the
-    /// sidecar's count, and an EXR holds metres already. An EXR stretched to a `range` has its least value at the
-    /// range's start and its greatest at its end.
+    /// sidecar's count, and an EXR or TIFF of floats holds metres already. Stretched to a `range`, these have their
+    /// least value at the range's start and their greatest at its end.
     ///
     /// # Errors
-    /// [`Error::NoRange`] when nothing says what the shares of a PNG stand for.
+    /// [`Error::NoRange`] when nothing says what shares stand for.
     pub fn into_metres(mut self, range: Option<[f32; 2]>) -> Result<Self, Error> {
         let (from, to) = match (self.scale, range) {
             (Scale::Absolute, None) => return Ok(self),
@@ -97,22 +107,39 @@ impl Map {
     }
 }
 
-/// Reads one channel of numbers from a grey PNG (8 or 16 bits) or an EXR, and the range in its sidecar.
+/// What a file doesn't say of itself; `None` is what its sidecar says, and without one the default.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Hints {
+    /// Of a RAW file.
+    pub byte_order: Option<ByteOrder>,
+    pub first_row: Option<FirstRow>,
+}
+
+/// Reads one channel of numbers from a grey PNG (8 or 16 bits), an EXR, a TIFF or a RAW file, and the range in its
+/// sidecar.
 ///
 /// # Errors
-/// When the file can't be read, is damaged, is larger than [`MAX_SIDE`] or holds something other than one channel
-/// of finite numbers.
-pub fn read_map(path: &Path) -> Result<Map, Error> {
-    let ((width, height, values), scale) = match extension(path).as_str() {
-        "png" => (png::read_grey(path)?, Scale::Share),
-        "exr" => (exr::read_channel(path)?, Scale::Absolute),
+/// When the file can't be read, is damaged, too large, or holds something other than one channel of finite numbers.
+pub fn read_map(path: &Path, hints: Hints) -> Result<Map, Error> {
+    let notes = sidecar::read(path)?;
+    let of_scale = |(width, height, values), scale| (width, height, values, scale);
+    let (width, height, mut values, scale) = match extension(path).as_str() {
+        "png" => of_scale(png::read_grey(path)?, Scale::Share),
+        "exr" => of_scale(exr::read_channel(path)?, Scale::Absolute),
+        "tif" | "tiff" => tiff::read(path)?,
+        "raw" | "r16" => {
+            let order = hints.byte_order.or(notes.byte_order).unwrap_or_default();
+            of_scale(raw::read(path, notes.samples, order)?, Scale::Share)
+        }
         _ => {
-            let reason = "its name must end in .png (grey, 16 bits) or .exr".to_string();
+            let reason = "its name must end in .png, .exr, .tif, .tiff, .raw or .r16".to_string();
             return Err(Error::Unsuitable { path: path.into(), reason });
         }
     };
-    let range = sidecar::read_range(path)?;
-    Ok(Map { path: path.into(), width, height, values, scale, range })
+    if hints.first_row.or(notes.first_row) == Some(FirstRow::South) {
+        turn_over(&mut values, width as usize);
+    }
+    Ok(Map { path: path.into(), width, height, values, scale, range: notes.range })
 }
 
 /// Least and greatest of the values; zeros where there are none.
@@ -124,6 +151,30 @@ pub fn extremes(values: &[f32]) -> [f32; 2] {
 /// The part of a file's name after its last dot, in small letters; empty without one.
 pub fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// Where `value` stands in a range, from 0 to 1.
+fn share(value: f32, range: [f32; 2]) -> f64 {
+    let [min, max] = range.map(f64::from);
+    let share = if max > min { (f64::from(value) - min) / (max - min) } else { 0.0 };
+    share.clamp(0.0, 1.0)
+}
+
+/// Room for the values of a map, if there is that much memory.
+fn collect(path: &Path, [width, height]: [u64; 2]) -> Result<Vec<f32>, Error> {
+    let mut values = Vec::new();
+    match values.try_reserve_exact((width * height) as usize) {
+        Ok(()) => Ok(values),
+        Err(_) => Err(Error::TooLarge { path: path.into(), width, height }),
+    }
+}
+
+/// Reverses the order of the rows.
+fn turn_over(values: &mut [f32], width: usize) {
+    let mut rows = values.chunks_exact_mut(width);
+    while let (Some(first), Some(last)) = (rows.next(), rows.next_back()) {
+        first.swap_with_slice(last);
+    }
 }
 
 /// Opens a file that is to be read, together with its length in bytes. A directory is refused here: opening one
@@ -138,8 +189,8 @@ fn open(path: &Path) -> Result<(std::fs::File, u64), Error> {
     Ok((file, metadata.len()))
 }
 
-/// Refuses an image whose header asks for more than [`MAX_SIDE`] samples a side, or for more than the file can hold:
-/// a forged header costs no memory.
+/// Refuses an image whose header asks for more than may be read, or for more than the file can hold: a forged header
+/// costs no memory.
 fn check_size(
     path: &Path,
     format: &'static str,
@@ -147,11 +198,12 @@ fn check_size(
     sample_bytes: u64,
     file_bytes: u64,
 ) -> Result<(), Error> {
-    /// No compression that either format knows shrinks data more than this (deflate: 1032 times).
+    /// No compression shrinks data more than this (deflate 1032 times, LZW some 2700).
     const BEST_COMPRESSION: u64 = 4096;
 
     let [width, height] = size;
-    if width > u64::from(MAX_SIDE) || height > u64::from(MAX_SIDE) {
+    let most = u64::from(MAX_SIDE);
+    if width > most || height > most || width * height > MAX_BYTES / 4 {
         return Err(Error::TooLarge { path: path.into(), width, height });
     }
     if width * height * sample_bytes > file_bytes.saturating_mul(BEST_COMPRESSION) {

@@ -1,10 +1,17 @@
-//! PNG: 8-bit sRGB pictures, and grey height maps of 16 bits.
+//! PNG: 8-bit sRGB pictures, and rasters as integers of 8 or 16 bits.
 
 use super::file::{self, Written};
-use super::{Error, check_size, open};
+use super::{Error, Window, check_size, collect, open, share};
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Limits, SrgbRenderingIntent};
 use std::io::{self, BufReader, Write};
 use std::path::Path;
+
+/// Bits of an integer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Depth {
+    Eight,
+    Sixteen,
+}
 
 /// Writes a picture of `size` = [width, height] pixels, three bytes each, sRGB-encoded, first row first.
 ///
@@ -23,23 +30,13 @@ pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<Writt
     })
 }
 
-/// Writes `size` = [width, height] values a channel as 16-bit integers, first row first: `range` maps to 0…65535. One
-/// channel makes a grey file, three and four make RGB and RGBA.
+/// Writes integers of that many bits; `range` maps to all of them. One channel makes a grey file, three and four make RGB
+/// and RGBA.
 ///
 /// # Errors
 /// Those of [`file::write()`], and for any other number of channels.
-pub fn write_16(
-    path: &Path,
-    size: [u32; 2],
-    channels: &[Vec<f32>],
-    range: [f32; 2],
-) -> Result<Written, Error> {
-    let quantise = |value: f32| {
-        let [min, max] = range.map(f64::from);
-        let share = if max > min { (f64::from(value) - min) / (max - min) } else { 0.0 };
-        (share.clamp(0.0, 1.0) * f64::from(u16::MAX)).round() as u16
-    };
-    let color = match channels.len() {
+pub fn write_integers(path: &Path, window: Window, depth: Depth, range: [f32; 2]) -> Result<Written, Error> {
+    let color = match window.channels() {
         1 => ColorType::Grayscale,
         3 => ColorType::Rgb,
         4 => ColorType::Rgba,
@@ -50,18 +47,28 @@ pub fn write_16(
             });
         }
     };
+    let [width, height] = window.size();
     file::write(path, |writer| {
-        let mut encoder = Encoder::new(writer, size[0], size[1]);
+        let mut encoder = Encoder::new(writer, width, height);
         encoder.set_color(color);
-        encoder.set_depth(BitDepth::Sixteen);
+        encoder.set_depth(match depth {
+            Depth::Eight => BitDepth::Eight,
+            Depth::Sixteen => BitDepth::Sixteen,
+        });
         encoder.set_compression(Compression::Balanced);
         let mut writer = encoder.write_header()?;
         let mut rows = writer.stream_writer()?;
         let mut bytes = Vec::new();
-        for row in 0..size[1] as usize {
+        for row in window.rows() {
             bytes.clear();
-            for index in row * size[0] as usize..(row + 1) * size[0] as usize {
-                bytes.extend(channels.iter().flat_map(|values| quantise(values[index]).to_be_bytes()));
+            for &value in row {
+                let share = share(value, range);
+                match depth {
+                    Depth::Eight => bytes.push((share * f64::from(u8::MAX)).round() as u8),
+                    Depth::Sixteen => {
+                        bytes.extend(((share * f64::from(u16::MAX)).round() as u16).to_be_bytes());
+                    }
+                }
             }
             rows.write_all(&bytes)?;
         }
@@ -85,7 +92,7 @@ pub fn read_grey(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
     // Text and colour profiles may take little; the rows are counted below.
     let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes: 1 << 20 });
     let info = decoder.read_header_info().map_err(corrupt)?;
-    let (width, height) = (info.width, info.height);
+    let (width, height, interlaced) = (info.width, info.height, info.interlaced);
     let sample_bytes = match (info.color_type, info.bit_depth) {
         (ColorType::Grayscale, BitDepth::Eight) => 1,
         (ColorType::Grayscale, BitDepth::Sixteen) => 2,
@@ -101,16 +108,23 @@ pub fn read_grey(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
     decoder.set_limits(Limits { bytes: (1 << 20) + 8 * width as usize });
 
     let mut reader = decoder.read_info().map_err(corrupt)?;
-    let mut bytes = vec![0; (u64::from(width) * u64::from(height) * sample_bytes) as usize];
-    reader.next_frame(&mut bytes).map_err(corrupt)?;
-    let values = match sample_bytes {
-        1 => bytes.iter().map(|&byte| f32::from(byte) / f32::from(u8::MAX)).collect(),
-        _ => bytes
-            .as_chunks::<2>()
-            .0
-            .iter()
-            .map(|&pair| f32::from(u16::from_be_bytes(pair)) / f32::from(u16::MAX))
-            .collect(),
-    };
+    if interlaced {
+        let reason = "it is interlaced; save it without".into();
+        return Err(Error::Unsuitable { path: path.into(), reason });
+    }
+    let mut values = collect(path, [width.into(), height.into()])?;
+    while let Some(row) = reader.next_row().map_err(corrupt)? {
+        let bytes = row.data();
+        match sample_bytes {
+            1 => values.extend(bytes.iter().map(|&byte| f32::from(byte) / f32::from(u8::MAX))),
+            _ => values.extend(
+                bytes
+                    .as_chunks::<2>()
+                    .0
+                    .iter()
+                    .map(|&pair| f32::from(u16::from_be_bytes(pair)) / f32::from(u16::MAX)),
+            ),
+        }
+    }
     Ok((width, height, values))
 }

@@ -1,7 +1,8 @@
 //! `<file>.json`: what the numbers of a file mean, and how to make it again.
 
 use super::file::{self, Written};
-use super::{Error, open};
+use super::raw::ByteOrder;
+use super::{Error, FirstRow, open};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -13,7 +14,17 @@ use std::path::{Path, PathBuf};
 pub struct Sidecar {
     #[serde(flatten)]
     pub values: Values,
-    /// Length of one side of the land, metres.
+    /// Width and height of the file, samples.
+    pub samples: [u32; 2],
+    /// The edge that its first row is.
+    pub first_row: FirstRow,
+    /// Of a RAW file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub byte_order: Option<ByteOrder>,
+    /// Which part of the land the file is; all of it without.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tile: Option<Tile>,
+    /// Length of one side of the whole land, metres.
     pub extent: f32,
     /// Distance between neighbouring samples, metres.
     pub cell_size: f32,
@@ -26,6 +37,38 @@ pub struct Sidecar {
     pub world_sha256: String,
     /// What was changed in it, `section.key=value`, in order.
     pub set: Vec<String>,
+    /// What to type into the import dialog of an engine.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub engine: Option<Engine>,
+}
+
+/// One of the tiles of a land, which share the samples of their edges.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Tile {
+    /// Counted from the west edge.
+    pub column: u32,
+    /// Counted from the north edge.
+    pub row: u32,
+    /// Tiles along the land: west to east, north to south.
+    pub of: [u32; 2],
+}
+
+/// The size of a land as an engine counts it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Engine {
+    Unreal {
+        /// Scale of the landscape actor: x, y, z.
+        scale: [f32; 3],
+        /// Its location, centimetres, which puts the land's middle and the datum at the origin: x, y, z.
+        location: [f32; 3],
+    },
+    Unity {
+        /// Terrain size, metres: x, y (height), z.
+        terrain_size: [f32; 3],
+        /// Its position, metres, which puts the land's middle and the datum at the origin: x, y, z.
+        position: [f32; 3],
+    },
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -64,11 +107,22 @@ pub fn write(file: &Path, sidecar: &Sidecar) -> Result<Written, Error> {
     })
 }
 
-/// Least and greatest value that the sidecar of `file` names; `None` where there is no sidecar, or it names none.
+/// What a reader of a raster needs of its sidecar.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Notes {
+    /// Least and greatest value.
+    pub range: Option<[f32; 2]>,
+    /// Width and height.
+    pub samples: Option<[u32; 2]>,
+    pub byte_order: Option<ByteOrder>,
+    pub first_row: Option<FirstRow>,
+}
+
+/// Reads the sidecar of `file`; there are no notes where there is no sidecar.
 ///
 /// # Errors
-/// When it can't be read or is no JSON object with finite numbers `min` and `max`.
-pub fn read_range(file: &Path) -> Result<Option<[f32; 2]>, Error> {
+/// When it can't be read, is no JSON object, or one of its values is none that it can be.
+pub fn read(file: &Path) -> Result<Notes, Error> {
     /// A sidecar takes a few hundred bytes.
     const MAX_BYTES: u64 = 1 << 20;
 
@@ -76,11 +130,14 @@ pub fn read_range(file: &Path) -> Result<Option<[f32; 2]>, Error> {
     struct Written {
         min: Option<f32>,
         max: Option<f32>,
+        samples: Option<[u32; 2]>,
+        byte_order: Option<ByteOrder>,
+        first_row: Option<FirstRow>,
     }
 
     let path = path(file);
     if !path.exists() {
-        return Ok(None);
+        return Ok(Notes::default());
     }
     let corrupt = |reason: String| Error::Corrupt { path: path.clone(), format: "sidecar", reason };
     let (file, bytes) = open(&path)?;
@@ -92,9 +149,10 @@ pub fn read_range(file: &Path) -> Result<Option<[f32; 2]>, Error> {
         .read_to_end(&mut text)
         .map_err(|source| Error::Read { path: path.clone(), source })?;
     let written: Written = serde_json::from_slice(&text).map_err(|error| corrupt(error.to_string()))?;
-    let (Some(min), Some(max)) = (written.min, written.max) else { return Ok(None) };
-    if !(min.is_finite() && max.is_finite()) {
+    let Written { min, max, samples, byte_order, first_row } = written;
+    let range = min.zip(max).map(<[f32; 2]>::from);
+    if let Some([min, max]) = range.filter(|range| !range.iter().all(|end| end.is_finite())) {
         return Err(corrupt(format!("`min` ({min}) and `max` ({max}) must be finite")));
     }
-    Ok(Some([min, max]))
+    Ok(Notes { range, samples, byte_order, first_row })
 }

@@ -64,12 +64,16 @@ pub struct DeviceInfo {
     pub kind: DeviceKind,
     /// Name and version of the driver.
     pub driver: String,
+    /// Vendor, device, driver and the exact build of it, in hexadecimal: where it is the same, so are the bits of results.
+    pub identity: String,
     /// Version of Vulkan: major, minor, patch.
     pub vulkan: [u32; 3],
     /// Bytes of the largest device-local heap.
     pub memory: u64,
     /// Largest width and height of an image.
     pub max_image: u32,
+    /// Bytes of the largest single allocation.
+    pub max_allocation: u64,
     /// What terrane needs and the device lacks; empty if it can be used.
     pub missing: Vec<&'static str>,
 }
@@ -268,7 +272,12 @@ impl Instance {
 
     fn candidate(&self, index: usize, physical: vk::PhysicalDevice) -> Candidate {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
-        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+        let mut ids = vk::PhysicalDeviceIDProperties::default();
+        let mut allocation = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut driver)
+            .push_next(&mut ids)
+            .push_next(&mut allocation);
         // SAFETY: the physical device belongs to this instance; the chain is made of live structs that Vulkan 1.2
         // knows, and a device below that version leaves the ones it does not know untouched.
         unsafe { self.raw.get_physical_device_properties2(physical, &mut properties) };
@@ -301,6 +310,7 @@ impl Instance {
                 _ => DeviceKind::Other,
             },
             driver: format!("{} {}", text(&driver.driver_name), text(&driver.driver_info)).trim().to_owned(),
+            identity: identity(&properties, &ids),
             vulkan: [
                 vk::api_version_major(version),
                 vk::api_version_minor(version),
@@ -314,6 +324,7 @@ impl Instance {
                 .max()
                 .unwrap_or(0),
             max_image: properties.limits.max_image_dimension2_d,
+            max_allocation: allocation.max_memory_allocation_size,
             missing,
         };
         Candidate {
@@ -471,8 +482,8 @@ fn default_limit(info: &DeviceInfo) -> u64 {
     available / 5 * 4
 }
 
-/// `MemAvailable` where the system tells it.
-fn free_ram() -> Option<u64> {
+/// Free memory of this machine, bytes, where the system tells it.
+pub fn free_ram() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/meminfo").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
@@ -530,6 +541,14 @@ unsafe extern "system" fn on_message(
     vk::FALSE
 }
 
+/// Drivers derive the UUIDs of pipeline cache and driver from their build: these change when generated code may.
+fn identity(properties: &vk::PhysicalDeviceProperties, ids: &vk::PhysicalDeviceIDProperties) -> String {
+    let numbers = [properties.vendor_id, properties.device_id, properties.driver_version];
+    let numbers = numbers.iter().flat_map(|number| number.to_be_bytes());
+    let uuids = properties.pipeline_cache_uuid.into_iter().chain(ids.driver_uuid).chain(ids.device_uuid);
+    numbers.chain(uuids).map(|byte| format!("{byte:02x}")).collect()
+}
+
 fn text(characters: &[c_char]) -> String {
     let bytes: Vec<u8> = characters.iter().take_while(|it| **it != 0).map(|it| *it as u8).collect();
     String::from_utf8_lossy(&bytes).into_owned()
@@ -545,9 +564,11 @@ mod tests {
             name: name.into(),
             kind,
             driver: String::new(),
+            identity: String::new(),
             vulkan: [1, 3, 0],
             memory: 0,
             max_image: 0,
+            max_allocation: 0,
             missing: missing.to_vec(),
         }
     }

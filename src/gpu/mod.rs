@@ -26,7 +26,7 @@ mod transfer;
 
 pub use self::{
     buffer::Buffer,
-    device::{DeviceInfo, DeviceKind, Gpu, MessageLog, Options, devices},
+    device::{DeviceInfo, DeviceKind, Gpu, MessageLog, Options, devices, free_ram},
     error::{Error, Result},
     image::{Attachable, Image, Layers, PingPong},
     memory::Usage,

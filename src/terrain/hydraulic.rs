@@ -6,9 +6,10 @@ use crate::{
     gpu::{self, Compute, Gpu, Recorder},
     shaders::terrain::{hydraulic_erode, hydraulic_flow, hydraulic_start, sediment_diffusion},
 };
+use serde::Serialize;
 
 /// One model; the paper's is a special case of it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Params {
     /// Simulated time, model seconds.
     pub duration: f32,
@@ -56,14 +57,14 @@ pub struct Params {
     pub wet_memory: f32,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Pipes {
     Four,
     Eight,
 }
 
 /// Cross-section of a pipe of width b.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Section {
     /// b·D.
     Fixed,
@@ -72,7 +73,7 @@ pub enum Section {
 }
 
 /// The slope in the capacity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Slope {
     /// Central differences of the ground.
     Central,
@@ -80,7 +81,7 @@ pub enum Slope {
     Outflow,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Transport {
     /// Sediment leaves with the water that carries it; conservative.
     Flux,
@@ -139,8 +140,8 @@ impl Hydraulic {
         let controls = plan.controls.any();
         let outflow_slope = params.slope == Slope::Outflow;
         let semi_lagrangian = params.traces_back();
-        let blocks = Blocks::of(gpu, 4);
-        let rows = blocks.rows();
+        let blocks = Blocks::of(gpu, 2, 2);
+        let Blocks { columns, rows } = blocks;
         let flow = hydraulic_flow::Constants {
             pipes,
             controls,
@@ -149,13 +150,15 @@ impl Hydraulic {
             drag: params.drag > 0.0,
             outflow_slope,
             semi_lagrangian,
+            columns,
             rows,
         };
-        let erode = hydraulic_erode::Constants { pipes, controls, outflow_slope, semi_lagrangian, rows };
+        let erode =
+            hydraulic_erode::Constants { pipes, controls, outflow_slope, semi_lagrangian, columns, rows };
         Ok(Hydraulic {
             start: Compute::new(gpu, ())?,
             flow: Compute::new(gpu, flow)?,
-            diffusion: Compute::new(gpu, sediment_diffusion::Constants { rows })?,
+            diffusion: Compute::new(gpu, sediment_diffusion::Constants { columns, rows })?,
             erode: Compute::new(gpu, erode)?,
             blocks,
             flow_push: flow_push(plan, params),

@@ -6,9 +6,10 @@ use crate::{
     gpu::{self, Compute, Gpu, Image, Recorder, format::R32f},
     shaders::terrain::{cone, crater, diamond_square, raster, simplex},
 };
+use serde::Serialize;
 use std::sync::Arc;
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Layer {
     /// A generator's field, combined with the height so far.
     Generate { generator: Generator, combine: Combine },
@@ -16,7 +17,7 @@ pub enum Layer {
     Crater { level: f32 },
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub enum Generator {
     /// `height · (1 − (r/radius)^exponent)` inside `radius`, else 0 (1, 2). `center` is world x, z in metres.
     Cone { height: f32, radius: f32, exponent: f32, center: [f32; 2] },
@@ -31,7 +32,7 @@ pub enum Generator {
 }
 
 /// How a generator's field `v` joins the height `h`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum Combine {
     Add,
     Multiply,

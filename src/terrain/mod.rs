@@ -7,18 +7,22 @@ pub mod reef;
 pub mod schedule;
 pub mod seabed;
 mod simulation;
+mod state;
 pub mod thermal;
 
 pub use self::{
     fields::Fields,
     schedule::Stage,
     simulation::{Layer, Progress, Simulation},
+    state::{Part, Position},
 };
 
 use crate::{
     core::grid::Grid,
     gpu::{self, DeviceKind, Gpu, Image, Recorder, format::R32f},
 };
+use serde::{Serialize, Serializer};
+use sha2::{Digest, Sha256};
 use std::sync::Arc;
 
 /// Everything that determines the land, checked, in metres, seconds, years and radians.
@@ -41,7 +45,7 @@ pub struct Plan {
 pub const FARTHEST_GROUND: f32 = 50_000.0;
 
 /// What happens to water and sediment at the rim of the grid and in the sea.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Boundary {
     /// The sea swallows rivers: its surface stays at sea level. Nothing flows over the rim.
     Sea,
@@ -52,7 +56,7 @@ pub enum Boundary {
 }
 
 /// Maps that scale the processes cell by cell; `None` is 1 everywhere.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Controls {
     /// Multiplies the rain.
     pub rain: Option<Arc<Map>>,
@@ -64,10 +68,11 @@ pub struct Controls {
 
 /// A raster from a file: row-major, row 0 north, stretched over the whole extent and sampled bicubically (heights)
 /// or bilinearly (controls).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Map {
     pub width: u32,
     pub height: u32,
+    #[serde(serialize_with = "digest")]
     pub values: Vec<f32>,
 }
 
@@ -87,30 +92,26 @@ pub trait Process {
     }
 }
 
-/// The blocks of cells that an invocation of a kernel with `ROWS` works on (`glsl/lib/block.glsl`).
+/// The blocks of cells that the invocations of a kernel work on (`glsl/lib/block.glsl`), as its constants take them.
 #[derive(Clone, Copy, Debug)]
 struct Blocks {
-    rows: u32,
+    columns: i32,
+    rows: i32,
 }
 
 impl Blocks {
-    /// Blocks of `rows` cells on a CPU device, where they save what neighbours have in common; of one on a GPU, which wants many
-    /// invocations.
-    fn of(gpu: &Gpu, rows: u32) -> Blocks {
+    /// Blocks of this many columns and rows on a CPU device, where they save what neighbours have in common; single cells on a
+    /// GPU, which wants many invocations.
+    fn of(gpu: &Gpu, columns: i32, rows: i32) -> Blocks {
         match gpu.info().kind {
-            DeviceKind::Cpu => Blocks { rows },
-            _ => Blocks { rows: 1 },
+            DeviceKind::Cpu => Blocks { columns, rows },
+            _ => Blocks { columns: 1, rows: 1 },
         }
-    }
-
-    /// As the kernels take it.
-    fn rows(self) -> i32 {
-        self.rows.cast_signed()
     }
 
     /// Invocations that cover a grid of this size.
     fn over(self, [width, height]: [u32; 2]) -> [u32; 2] {
-        [width, height.div_ceil(self.rows)]
+        [width.div_ceil(self.columns.cast_unsigned()), height.div_ceil(self.rows.cast_unsigned())]
     }
 }
 
@@ -140,4 +141,9 @@ impl Map {
     fn image(&self, gpu: &Gpu) -> gpu::Result<Image<R32f>> {
         Image::new(gpu, "raster", [self.width, self.height])
     }
+}
+
+/// Stands for millions of values by their SHA-256.
+fn digest<S: Serializer>(values: &[f32], out: S) -> Result<S::Ok, S::Error> {
+    Sha256::digest(bytemuck::cast_slice(values)).serialize(out)
 }

@@ -6,8 +6,9 @@ use crate::{
     gpu::{self, Compute, Gpu, Recorder},
     shaders::terrain::{reef_carbon, reef_growth},
 };
+use serde::Serialize;
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Params {
     /// Step, years.
     pub step: f32,
@@ -34,13 +35,13 @@ pub struct Params {
 }
 
 /// The sea rises evenly by `rise` metres (falls where negative) over `duration` years.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Stage {
     pub duration: f32,
     pub rise: f32,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Rubble {
     /// Angle of repose, radians.
     pub repose: f32,
@@ -111,10 +112,11 @@ impl Reef {
             None => None,
         };
         let sweeps = params.sweeps(plan.grid);
-        let blocks = Blocks::of(gpu, 4);
+        let blocks = Blocks::of(gpu, 2, 4);
+        let Blocks { columns, rows } = blocks;
         Ok(Reef {
             growth: Compute::new(gpu, reef_growth::Constants { controls: plan.controls.any() })?,
-            carbon: Compute::new(gpu, reef_carbon::Constants { rows: blocks.rows() })?,
+            carbon: Compute::new(gpu, reef_carbon::Constants { columns, rows })?,
             blocks,
             rubble,
             growth_push: reef_growth::Push {

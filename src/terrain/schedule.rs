@@ -2,9 +2,11 @@
 
 use super::{Plan, fields::Images, layers};
 use crate::core::memory::Memory;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 /// The parts of a run, in their order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Stage {
     Base,
     Settle,
@@ -51,6 +53,32 @@ impl Plan {
         .into_iter()
         .filter(|(_, iterations)| *iterations > 0)
         .collect()
+    }
+
+    /// A digest behind each stage of all in the plan that determines the land there, in the order of [`Plan::stages`]: plans
+    /// that agree up to a stage have the same digest there, whatever they do later.
+    ///
+    /// # Errors
+    /// None is known: serde could refuse a type that the plan does not have.
+    pub fn digests(&self) -> serde_json::Result<Vec<[u8; 32]>> {
+        // Without `..`, so that a field that is added finds its stage here; what is in the fields is derived.
+        let Plan { grid, layers, sea_level, boundary, controls, hydraulic, thermal, seabed_smoothing, reef } =
+            self;
+        let mut digest = Sha256::new();
+        let mut behind = |(stage, iterations): (Stage, u32)| {
+            let parameters = match stage {
+                Stage::Base => serde_json::to_vec(&(grid, layers, sea_level, boundary, controls)),
+                Stage::Settle => serde_json::to_vec(&thermal.map(|thermal| thermal.settle)),
+                Stage::Hydraulic => serde_json::to_vec(&(hydraulic, thermal)),
+                Stage::Thermal => serde_json::to_vec(thermal),
+                Stage::Seabed => serde_json::to_vec(seabed_smoothing),
+                Stage::Reef => serde_json::to_vec(reef),
+            };
+            digest.update(serde_json::to_vec(&(stage, iterations))?);
+            digest.update(parameters?);
+            Ok(digest.clone().finalize().into())
+        };
+        self.stages().into_iter().map(&mut behind).collect()
     }
 
     /// The step of hydraulic erosion, model seconds.

@@ -1,7 +1,13 @@
 //! A run from bare ground to a finished island, cut into submissions of bounded length.
 
 use super::{
-    Fields, Plan, Process, hydraulic::Hydraulic, layers::Base, reef::Reef, schedule::Stage, seabed::Seabed,
+    Fields, Plan, Process,
+    hydraulic::Hydraulic,
+    layers::Base,
+    reef::Reef,
+    schedule::Stage,
+    seabed::Seabed,
+    state::{self, Part, Position},
     thermal::Thermal,
 };
 use crate::{
@@ -112,6 +118,30 @@ impl StageWork {
         Ok(StageWork { stage, iterations, processes, done: 0, processes_done: 0, passes_done: 0 })
     }
 
+    fn position(&self) -> Position {
+        let &StageWork { stage, done: iteration, processes_done, passes_done: pass, .. } = self;
+        Position { stage, iteration, process: processes_done as u32, pass }
+    }
+
+    fn at_start(&self) -> bool {
+        (self.done, self.processes_done, self.passes_done) == (0, 0, 0)
+    }
+
+    /// Whether a run of this stage can be cut there.
+    fn passes_by(&self, Position { stage, iteration, process, pass }: Position) -> bool {
+        if stage != self.stage || iteration >= self.iterations {
+            return stage == self.stage && (iteration, process, pass) == (self.iterations, 0, 0);
+        }
+        match self.processes.get(process as usize) {
+            Some(process) => pass < process.passes(iteration + 1),
+            None => false,
+        }
+    }
+
+    fn go_to(&mut self, Position { stage: _, iteration, process, pass }: Position) {
+        (self.done, self.processes_done, self.passes_done) = (iteration, process as usize, pass);
+    }
+
     /// Records the next passes: `most`, or what is left of the stage. Returns how many.
     fn record(&mut self, rec: &mut Recorder, fields: &mut Fields, most: u32) -> u32 {
         let mut recorded = 0;
@@ -170,11 +200,41 @@ impl Simulation {
         rec.submit()?.wait()?;
         self.pace.took(passes, start.elapsed());
 
-        if work.done == work.iterations && self.current + 1 < self.stages.len() {
+        self.end_stage();
+        Ok(self.progress())
+    }
+
+    /// Goes over to the next stage when one is done.
+    fn end_stage(&mut self) {
+        let done = self.stages.get(self.current).is_some_and(|work| work.done == work.iterations);
+        if done && self.current + 1 < self.stages.len() {
             self.current += 1;
             self.pace = Pace::default();
         }
-        Ok(self.progress())
+    }
+
+    /// Where the run is; at the end of a stage rather than at the start of the next one.
+    pub fn position(&self) -> Option<Position> {
+        let work = self.stages.get(self.current)?;
+        let last = self.current.checked_sub(1).and_then(|last| self.stages.get(last));
+        Some(last.filter(|_| work.at_start()).unwrap_or(work).position())
+    }
+
+    /// The images that make up the state of this run at `position`, in a fixed order; `None` where it does not pass by.
+    /// They hold that state while the run is there.
+    pub fn parts(&self, position: Position) -> Option<Vec<Part>> {
+        let work = self.stages.iter().find(|work| work.passes_by(position))?;
+        Some(state::parts(&self.fields, position, work.iterations))
+    }
+
+    /// Goes on from `position` once the parts of a new run have been filled with the state there. Does nothing where the
+    /// run does not pass by.
+    pub fn resume(&mut self, position: Position) {
+        let Some(index) = self.stages.iter().position(|work| work.passes_by(position)) else { return };
+        self.stages[index].go_to(position);
+        self.current = index;
+        self.pace = Pace::default();
+        self.end_stage();
     }
 
     /// Runs to the end.

@@ -6,8 +6,9 @@ use crate::{
     gpu::{self, Compute, Gpu, Image, Recorder, format::R32f},
     shaders::terrain::thermal::{Bindings, Constants, Push, Shader},
 };
+use serde::Serialize;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Params {
     pub law: Law,
     /// Angle of repose on land, radians.
@@ -24,7 +25,7 @@ pub struct Params {
     pub settle: Option<Settle>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub enum Law {
     /// Half of the excess over the repose slope moves: no overshoot, no terraces.
     Excess,
@@ -32,7 +33,7 @@ pub enum Law {
     Drop,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Settle {
     /// Radians.
     pub repose: f32,
@@ -164,8 +165,9 @@ impl Slide {
     }
 
     fn new(gpu: &Gpu, plan: &Plan, law: u32, push: Push) -> gpu::Result<Slide> {
-        let blocks = Blocks::of(gpu, 8);
-        let constants = Constants { law, controls: plan.controls.any(), rows: blocks.rows() };
+        let blocks = Blocks::of(gpu, 2, 4);
+        let Blocks { columns, rows } = blocks;
+        let constants = Constants { law, controls: plan.controls.any(), columns, rows };
         Ok(Slide { pass: Compute::new(gpu, constants)?, blocks, push })
     }
 

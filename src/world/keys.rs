@@ -4,7 +4,8 @@
 use super::fault::Complaint;
 use super::kinds::*;
 use super::place::{Place, noun};
-use super::schema::{Kind, Preset, Shape, Unit, section};
+use super::schema::{Kind, Preset, REQUIRED, Shape, Unit, section};
+use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
 use crate::terrain::{Boundary, hydraulic, reef, thermal};
 
@@ -28,9 +29,10 @@ const M2_PER_CD: Unit = Unit { symbol: "m²/cd", factor: 1.0 };
 
 section! {
     /// A world: land, sea, light and a camera. Every section may be left out; what a world does not say has its
-    /// default, and `"none"` switches off what can be switched off.
+    /// default, and `"none"` switches off what can be switched off. Numbers in brackets are equations of Korošec & Lebar
+    /// Bajec, "Procedural generation of a tropical island and coral reef".
     struct World {
-        /// Version of the format, 1. Required.
+        /// Version of the format, 1.
         format: () = Format,
         /// Where randomness starts. Every consumer derives its own seed from it and its key, so that adding one
         /// never changes another.
@@ -78,7 +80,7 @@ impl Kind for Format {
     }
 
     fn default(&self) -> String {
-        "required".into()
+        REQUIRED.into()
     }
 
     fn read(&self, place: &Place) {
@@ -136,16 +138,15 @@ fn layer() -> OneOf<Layer> {
 }
 
 section! {
-    /// A cone with a curved flank: `height · (1 − (r/radius)^exponent)`, r from its centre (Korošec & Lebar Bajec
-    /// (1, 2)).
+    /// A cone with a curved flank: `height · (1 − (r/radius)^exponent)`, r from its centre (1, 2).
     struct Cone {
-        /// Height of the tip above the foot.
+        /// Height of the tip above the foot, H (1).
         height: f32 = number(900.0, M, 1.0..=20_000.0),
-        /// Radius of the foot.
+        /// Radius of the foot, R (1).
         radius: f32 = number(3100.0, M, 1.0..=1e6),
-        /// Shape of the flank: below 1 hollow as a volcano's, 1 straight, above 1 a dome with a flat top.
+        /// Shape of the flank, P (1): below 1 hollow as a volcano's, 1 straight, above 1 a dome with a flat top.
         exponent: f32 = number(0.8, NONE, 0.1..=64.0).usual(0.6..=4.0),
-        /// Where the tip stands: metres east and south of the middle.
+        /// Where the tip stands (2): metres east and south of the middle.
         center: [f32; 2] = numbers([0.0, 0.0], M, -1e6..=1e6),
         /// How the cone joins what lies below it.
         combine: Combine = combine(),
@@ -155,17 +156,17 @@ section! {
 }
 
 section! {
-    /// Fractal simplex noise, `offset + amplitude · Σ η(p·2^i/wavelength)/2^i` (Korošec & Lebar Bajec (3); Perlin
-    /// 2002, Gustavson 2005).
+    /// Fractal simplex noise, `offset + amplitude · Σ η(p·2^i/wavelength)/2^i` (3), with η of Perlin 2002 and
+    /// Gustavson 2005.
     struct Simplex {
-        /// Height of the first octave's hills; with `combine = "power"` or `"multiply"` a plain number (K_N of
-        /// Korošec & Lebar Bajec (4), usual: 0.05 to 0.25).
+        /// Height of the first octave's hills; with `combine = "power"` or `"multiply"` a plain number (K_N
+        /// (4), usual: 0.05 to 0.25).
         amplitude: Option<f32> = optional(number(0.2, NONE, -20_000.0..=20_000.0), "0.2 with power and multiply, else 20"),
         /// Added to the noise.
         offset: Option<f32> = optional(number(0.0, NONE, -20_000.0..=20_000.0), "1 with multiply, else 0"),
         /// Distance between hills in the first octave.
         wavelength: f32 = number(1600.0, M, 1.0..=1e6),
-        /// Number of octaves: each has half the wavelength and half the height of the one before.
+        /// Number of octaves, N (3): each has half the wavelength and half the height of the one before.
         octaves: u32 = whole(8, 1..=16),
         /// How far the pattern is bent by noise of its own (three octaves): breaks straight lines.
         warp: f32 = number(0.0, M, 0.0..=1e5),
@@ -179,10 +180,9 @@ section! {
 }
 
 section! {
-    /// Mirrors everything above `level` down: a caldera (Korošec & Lebar Bajec (5)). A floor below the sea makes an
-    /// atoll.
+    /// Mirrors everything above `level` down: a caldera (5). A floor below the sea makes an atoll.
     struct Crater {
-        /// Height of the rim.
+        /// Height of the rim, C (5).
         level: f32 = number(700.0, M, -20_000.0..=20_000.0),
     }
 }
@@ -209,14 +209,25 @@ section! {
 }
 
 section! {
-    /// Heights from a grey PNG (16 bits) or an EXR, stretched over the terrain. The first row is the north edge.
+    /// Heights from a file, stretched over the terrain: a grey PNG (16 bits), a RAW or R16, an EXR, a TIFF. `docs/formats.md`
+    /// says what is read.
     struct Heightmap {
-        /// The picture. Required.
-        file: Option<String> = file(),
-        /// Height of black, or of an EXR's least value.
-        min: Option<f32> = optional(number(0.0, M, -20_000.0..=20_000.0), "from the sidecar; an EXR holds metres"),
-        /// Height of white, or of an EXR's greatest value.
-        max: Option<f32> = optional(number(1000.0, M, -20_000.0..=20_000.0), "from the sidecar; an EXR holds metres"),
+        /// The file.
+        file: Option<String> = required_file(),
+        /// Height of black, or of the least of an EXR's or TIFF's values.
+        min: Option<f32> = optional(number(0.0, M, -20_000.0..=20_000.0), "from the sidecar; EXR and TIFF hold metres"),
+        /// Height of white, or of the greatest of an EXR's or TIFF's values.
+        max: Option<f32> = optional(number(1000.0, M, -20_000.0..=20_000.0), "from the sidecar; EXR and TIFF hold metres"),
+        /// Byte order of a RAW file.
+        byte_order: Option<ByteOrder> = optional(choice([
+            ("little", "the least byte first (\"Windows\", \"PC\")", ByteOrder::Little),
+            ("big", "the greatest byte first (\"Mac\")", ByteOrder::Big),
+        ]), "from the sidecar, else \"little\""),
+        /// The edge that the first row is.
+        first_row: Option<FirstRow> = optional(choice([
+            ("north", "as in pictures", FirstRow::North),
+            ("south", "as Unity has it in RAW files", FirstRow::South),
+        ]), "from the sidecar, else \"north\""),
         /// How it joins what lies below it.
         combine: Combine = combine(),
         /// With `combine = "power"`: the height that the power leaves as it is.
@@ -244,8 +255,7 @@ fn combine() -> Choice<Combine> {
         ("multiply", "h · v", Combine::Multiply),
         (
             "power",
-            "H · (h/H)^(1 + v), H the `reference`: rough where the land is low, and nothing where it is 0 (Korošec & \
-             Lebar Bajec (4))",
+            "H · (h/H)^(1 + v), H the `reference`: rough where the land is low, and nothing where it is 0 (4)",
             Combine::Power,
         ),
         ("max", "the higher one", Combine::Max),
@@ -254,8 +264,8 @@ fn combine() -> Choice<Combine> {
 }
 
 section! {
-    /// Maps that scale the processes from place to place: grey PNG (black 0, white 1) or EXR, stretched over the
-    /// terrain.
+    /// Maps that scale the processes from place to place: grey PNG or RAW (black 0, white 1), EXR or TIFF, stretched over
+    /// the terrain.
     struct Controls {
         /// Multiplies the rain.
         rain: Option<String> = file(),
@@ -281,38 +291,38 @@ section! {
         hydraulic: Option<hydraulic::Params> = or_none(table::<hydraulic::Params>()),
         /// Debris that slides from slopes that are too steep.
         thermal: Option<Thermal> = or_none(table::<Thermal>()),
-        /// Length over which the sea bed is smoothed before the reef grows; 0 leaves it (Korošec & Lebar Bajec (23)).
+        /// Length over which the sea bed is smoothed before the reef grows; 0 leaves it (23).
         seabed_smoothing: f32 = number(40.0, M, 0.0..=10_000.0).usual(30.0..=61.0),
     }
 }
 
 section! {
-    /// Erosion by running water: virtual pipes (Mei, Decaudin & Hu 2007; Korošec & Lebar Bajec (6)–(19)), with the
+    /// Erosion by running water: virtual pipes (6)–(19) (Mei, Decaudin & Hu 2007), with the
     /// changes that let valleys grow. Seconds are model seconds: geological time runs faster.
     for hydraulic::Params, presets HYDRAULIC_PRESETS {
         /// How long it rains.
         duration = number(5000.0, S, 1.0..=1e6).usual(500.0..=8000.0),
-        /// Rain r (6).
+        /// Rain, r (6).
         rain = number(100.0, MM_PER_H, 0.0..=10_000.0).usual(50.0..=300.0),
         /// Share of the water that evaporates each second, K_T (19).
         evaporation = number(0.0, PER_S, 0.0..=1.0),
-        /// Gravity.
+        /// Gravity, g (7).
         gravity = number(9.81, M_PER_S2, 0.1..=100.0),
-        /// Neighbours that a cell sends water to.
+        /// Neighbours that a cell sends water to (7)–(9).
         pipes = choice([
             ("eight", "isotropic", hydraulic::Pipes::Eight),
             ("four", "cuts trenches along the axes (the paper)", hydraulic::Pipes::Four),
         ]),
-        /// Cross-section of a pipe.
+        /// Cross-section of a pipe, A (7).
         section = choice([
             ("depth", "as deep as the water, up to `pipe_depth`", hydraulic::Section::Depth),
             ("fixed", "always `pipe_depth` deep (the paper)", hydraulic::Section::Fixed),
         ]),
-        /// Depth D of a pipe (7), or the cap on it: sets the fastest wave and so the time step.
+        /// Depth of a pipe, or the cap on it, D in A = ℓ·D (7): sets the fastest wave and so the time step.
         pipe_depth = number(4.0, M, 0.1..=100.0).usual(1.0..=8.0),
-        /// Quadratic drag of the bed c_f, v = sqrt(g·d·slope/c_f); 0 is frictionless.
+        /// Quadratic drag of the bed, c_f: v = sqrt(g·d·slope/c_f); 0 is frictionless.
         drag = number(0.15, NONE, 0.0..=10.0).usual(0.05..=0.3),
-        /// Capacity K_S (11): metres of ground carried for each m/s of speed.
+        /// Capacity, K_S (11): metres of ground carried for each m/s of speed.
         capacity = number(200.0, S, 0.0..=10_000.0).usual(50.0..=400.0),
         /// Least sin α in the capacity, so that flats still work (11).
         min_slope = number(0.01, NONE, 0.0..=1.0).usual(0.005..=0.05),
@@ -321,23 +331,23 @@ section! {
         ramp_depth = number(0.5, M, 0.0..=100.0).usual(0.3..=2.0),
         /// Depth at which that rise begins: keeps sheets of rain from eroding.
         ramp_start = number(0.01, M, 0.0..=10.0).usual(0.0..=0.03),
-        /// The slope in the capacity.
+        /// The slope α in the capacity (11).
         slope = choice([
             ("outflow", "drop of the water surface, weighted by the outflow", hydraulic::Slope::Outflow),
             ("central", "central differences of the ground (12) (the paper)", hydraulic::Slope::Central),
         ]),
-        /// Rate of erosion K_E (15, 16).
+        /// Rate of erosion, K_E (15, 16).
         erosion_rate = number(0.005, PER_S, 0.0..=10.0).usual(0.001..=0.01),
-        /// Rate of deposition K_D (15, 16).
+        /// Rate of deposition, K_D (15, 16).
         deposition_rate = number(0.015, PER_S, 0.0..=10.0).usual(0.005..=0.05),
-        /// Fastest change of the ground by water.
+        /// Fastest change of the ground by water (15).
         rate_limit = number(1.0, M_PER_S, 0.0..=1000.0),
         /// How suspended sediment travels (17).
         transport = choice([
             ("flux", "with the water that carries it; nothing is lost", hydraulic::Transport::Flux),
             ("semi_lagrangian", "traced back along the velocity; loses mass (the paper)", hydraulic::Transport::SemiLagrangian),
         ]),
-        /// Diffusivity of suspended sediment D_s (18).
+        /// Diffusivity of suspended sediment, D_s (18).
         sediment_diffusivity = number(12.0, M2_PER_S, 0.0..=1000.0),
         /// Soil creep: diffusivity of the ground. Sets where valleys begin, keeps ridges smooth.
         creep = number(0.1, M2_PER_S, 0.0..=10.0).usual(0.02..=0.3),
@@ -380,17 +390,17 @@ bank_diffusion = 0
 ];
 
 section! {
-    /// Thermal erosion: debris slides to lower neighbours past the angle of repose (Jákó & Tóth 2011; Korošec & Lebar
-    /// Bajec (20)–(22)).
+    /// Thermal erosion: debris slides to lower neighbours past the angle of repose (20)–(22) (Jákó & Tóth
+    /// 2011).
     struct Thermal {
-        /// What moves.
+        /// What moves (21).
         law: thermal::Law = choice([
             ("excess", "half of the excess over the repose slope: no terraces", thermal::Law::Excess),
             ("drop", "half of the whole drop (the paper)", thermal::Law::Drop),
         ]),
-        /// Angle of repose on land (20).
+        /// Angle of repose on land, K_α (20).
         repose: f32 = number(38.0, DEGREES, 1.0..=85.0).usual(30.0..=42.0),
-        /// Angle of repose under water.
+        /// Angle of repose under water (20).
         repose_under_water: f32 = number(30.0, DEGREES, 1.0..=85.0),
         /// Speed of sliding.
         diffusivity: f32 = number(1.7, M2_PER_S, 0.0..=1000.0),
@@ -416,10 +426,10 @@ section! {
 // Reef ---------------------------------------------------------------------------------------------------------------
 
 section! {
-    /// Coral reef: it grows where light and carbon reach, and keeps up with a rising sea (after Nakamura & Nakamori
-    /// 2007, 2011; Korošec & Lebar Bajec (24)–(30)).
+    /// Coral reef: it grows where light and carbon reach, and keeps up with a rising sea (24)–(30) (after Nakamura &
+    /// Nakamori 2007, 2011).
     for reef::Params {
-        /// Time step.
+        /// Time step, τ (26, 29).
         step = number(25.0, YEARS, 0.1..=1000.0).usual(10.0..=25.0),
         /// History of the sea level, stage by stage: a rising sea parts the reef from the shore.
         stages = list(table::<reef::Stage>(), 1..=64, "[{ duration = 36_000, rise = 108 }, { duration = 2500, rise = 0 }]"),
@@ -434,11 +444,11 @@ section! {
         uptake = number(0.15, NONE, 0.0..=10.0).usual(0.02..=0.3),
         /// Diffusivity of carbon, D_O (27, 28).
         diffusivity = number(8.0, M2_PER_YEAR, 0.0..=1000.0).usual(2.0..=40.0),
-        /// Carbon of the open ocean, O0.
+        /// Carbon of the open ocean and of all water at first, O0 (25).
         ocean_carbon = number(1.0, NONE, 0.0..=10.0),
         /// Water deeper than this is open ocean: feeds the outer rim, while the lagoon starves.
         ocean_depth = number(60.0, M, 1.0..=10_000.0),
-        /// Growth stops this far below the surface (29).
+        /// Growth (29) stops this far below the surface.
         keep = number(0.6, M, 0.0..=100.0),
         /// Coral rubble that slides under water.
         rubble = or_none(table::<reef::Rubble>()),
@@ -450,7 +460,7 @@ section! {
     for reef::Stage {
         /// How long it takes.
         duration = number(1000.0, YEARS, 0.0..=1e6),
-        /// How far the sea rises meanwhile (30); negative where it falls.
+        /// How far the sea rises meanwhile, K_W·τ in sum (30); negative where it falls.
         rise = number(0.0, M, -1000.0..=1000.0),
     }
 }
@@ -474,8 +484,7 @@ section! {
     for scene::Sea {
         /// Height of the surface above the datum at the start; a reef's stages move it.
         level = number(210.0, M, -20_000.0..=20_000.0),
-        /// Attenuation along the line of sight, for red, green and blue (Korošec & Lebar Bajec (32), along the view
-        /// ray).
+        /// Attenuation along the line of sight, for red, green and blue, K_A (32).
         attenuation = numbers([0.28, 0.032, 0.014], PER_M, 0.0..=100.0),
         /// Colour of water without a bottom.
         deep_colour = colour("#0a243f"),
@@ -548,7 +557,8 @@ pub enum Sun {
 }
 
 section! {
-    /// The sun as it stands over a place on Earth; its strength follows from its height and the sky's turbidity.
+    /// The sun as it stands over a place on Earth (Preetham, Shirley & Smits 1999, appendix A.6); its strength follows from
+    /// its height and the sky's turbidity.
     struct SunPlace {
         /// Latitude, north-positive.
         latitude: f32 = number(-16.5, DEGREES, -90.0..=90.0),
@@ -622,14 +632,15 @@ section! {
     struct Render {
         /// Width and height in pixels.
         size: [u32; 2] = wholes([1280, 720], 1..=16_384),
-        /// What radiance is multiplied by: 1 over the radiance that becomes white.
+        /// What radiance is multiplied by before the tone map: white is then 1 with `tone_map = "none"`, and 6 with
+        /// `"filmic"`, which leaves middle grey (0.18) as it is.
         exposure: f32 = number(6e-5, M2_PER_CD, 1e-12..=1e12),
         /// From radiance to the screen's colours, in PNG.
         tone_map: scene::ToneMap = choice([
-            ("filmic", "keeps hues as they brighten", scene::ToneMap::Filmic),
+            ("filmic", "colours pale as they brighten, and keep their hue (after Lottes 2016)", scene::ToneMap::Filmic),
             ("none", "cut off at white", scene::ToneMap::None),
         ]),
-        /// Aerial perspective: air that veils what is far.
+        /// Aerial perspective: air that veils what is far (Preetham, Shirley & Smits 1999, section 3.2).
         aerial: bool = switch(true),
     }
 }

@@ -3,7 +3,7 @@
 
 use super::fault::{self, Complaint};
 use super::place::{Place, array_len, noun, shown};
-use super::schema::{Alternative, Kind, Section, Shape, Table, Unit, digits, parse_item, quoted};
+use super::schema::{Alternative, Kind, REQUIRED, Section, Shape, Table, Unit, digits, parse_item, quoted};
 use crate::core::color::linear_from_srgb;
 use std::ops::RangeInclusive;
 use toml_edit::{DocumentMut, Item};
@@ -173,16 +173,45 @@ impl Kind for File {
     }
 
     fn read(&self, place: &Place) -> Option<String> {
-        let path = place.read(None, |item| match item.as_str() {
-            None => Err(Complaint::new(
-                format!("must be a path in quotes, not {}", noun(item)),
-                Shape::File.allowed(),
-            )),
-            Some("") => Err(Complaint::new("is empty", Shape::File.allowed())),
-            Some(path) => Ok(Some(path.to_string())),
-        });
-        path.filter(|path| path != "none")
+        read_path(place).filter(|path| path != "none")
     }
+}
+
+pub struct RequiredFile;
+
+/// The path of a file that must be named; `None` is a fault that was noted.
+pub fn required_file() -> RequiredFile {
+    RequiredFile
+}
+
+impl Kind for RequiredFile {
+    type Value = Option<String>;
+
+    fn shape(&self) -> Shape {
+        Shape::File
+    }
+
+    fn default(&self) -> String {
+        REQUIRED.into()
+    }
+
+    fn read(&self, place: &Place) -> Option<String> {
+        if place.item().is_none() {
+            place.refuse(Complaint::new("is missing", Shape::File.allowed()).about_key());
+        }
+        read_path(place)
+    }
+}
+
+fn read_path(place: &Place) -> Option<String> {
+    place.read(None, |item| match item.as_str() {
+        None => Err(Complaint::new(
+            format!("must be a path in quotes, not {}", noun(item)),
+            Shape::File.allowed(),
+        )),
+        Some("") => Err(Complaint::new("is empty", Shape::File.allowed())),
+        Some(path) => Ok(Some(path.to_string())),
+    })
 }
 
 // Colours and arrays -------------------------------------------------------------------------------------------------

@@ -5,7 +5,9 @@
 //! makers take, checked as a whole (`plan`). Nothing downstream checks again. The file itself is kept as a document
 //! ([`toml_edit`]): what changes it, `--set` first, edits that and keeps its comments.
 
+pub mod cache;
 mod fault;
+mod json_schema;
 mod keys;
 mod kinds;
 mod place;
@@ -14,6 +16,7 @@ mod reference;
 pub mod schema;
 mod settings;
 
+pub use json_schema::json_schema;
 pub use place::KeyPath;
 pub use reference::reference;
 

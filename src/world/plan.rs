@@ -6,7 +6,7 @@ use super::keys;
 use super::place::{KeyPath, shown};
 use crate::core::grid::Grid;
 use crate::core::hash::derive_seed;
-use crate::formats;
+use crate::formats::{self, Hints};
 use crate::scene;
 use crate::sky;
 use crate::terrain::layers::{Combine, Generator, Layer};
@@ -186,14 +186,14 @@ impl Check<'_> {
                 return None;
             }
         };
-        let Some(path) = &heightmap.file else {
-            self.refuse(
-                &[file],
-                Complaint::new("is missing", "a heightmap needs the path of a PNG or EXR").about_key(),
-            );
-            return None;
-        };
-        let map = self.map(path, &file, |map| map.into_metres(range))?;
+        let path = heightmap.file.as_ref()?;
+        let hints = Hints { byte_order: heightmap.byte_order, first_row: heightmap.first_row };
+        let raw = matches!(formats::extension(Path::new(path)).as_str(), "raw" | "r16");
+        if hints.byte_order.is_some() && !raw {
+            let complaint = Complaint::new("has no use here", "only a RAW file leaves it open").about_key();
+            self.refuse(&[place.join("byte_order"), file.clone()], complaint);
+        }
+        let map = self.map(path, &file, hints, |map| map.into_metres(range))?;
         if map.values.iter().any(|height| height.abs() > FARTHEST_GROUND) {
             let label = format!("a map of heights within {FARTHEST_GROUND} m of the datum");
             self.refuse(&[file], Complaint::new("holds heights that no ground has", label));
@@ -204,7 +204,7 @@ impl Check<'_> {
     fn controls(&mut self, controls: &keys::Controls) -> Controls {
         let mut map = |path: &Option<String>, name: &str| {
             let place = KeyPath::from("controls").join(name);
-            let map = self.map(path.as_ref()?, &place, Ok)?;
+            let map = self.map(path.as_ref()?, &place, Hints::default(), Ok)?;
             if map.values.iter().any(|value| *value < 0.0) {
                 let place = place.clone();
                 self.refuse(&[place], Complaint::new("holds values below 0", "a map of factors, from 0 up"));
@@ -226,9 +226,10 @@ impl Check<'_> {
         &mut self,
         path: &str,
         place: &KeyPath,
+        hints: Hints,
         scale: impl FnOnce(formats::Map) -> Result<formats::Map, formats::Error>,
     ) -> Option<Map> {
-        match formats::read_map(&self.folder.join(path)).and_then(scale) {
+        match formats::read_map(&self.folder.join(path), hints).and_then(scale) {
             Ok(formats::Map { width, height, values, .. }) => Some(Map { width, height, values }),
             Err(error) => {
                 let cause = match error {

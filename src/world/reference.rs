@@ -1,6 +1,6 @@
 //! The reference page of world files, written from the keys' declarations.
 
-use super::schema::{Alternative, Key, Shape, Table, digits};
+use super::schema::{Alternative, Key, Shape, Table, digits, paragraph};
 use std::fmt::Write;
 
 /// The whole reference as Markdown: `docs/worlds.md`.
@@ -23,6 +23,11 @@ One TOML file describes one world. The shortest is `format = 1`: an island with 
 - `--set section.key=value` changes any key for one run: `--set terrain.cells=256 --set sun.place.time=17
   --set terrain.layers.0.cone.height=900 --set reef=none`. Elements of arrays go by number, from 0.
 - *Allowed* is what is accepted; *usual* is what was tried and gives good islands. `s⁻¹` is "per second".
+
+Editors with Taplo (Even Better TOML in Visual Studio Code) complete, explain and check a world whose first line names
+the schema, as those in `configs/` do: `#:schema ../worlds.schema.json`. For worlds of your own, write it beside them
+with `terrane schema -o worlds.schema.json` and begin them with `#:schema ./worlds.schema.json`. What no schema can say,
+such as keys that do not go together, `terrane check` says.
 
 This page is written by the program from the same table that reads the files.
 "##;
@@ -64,9 +69,9 @@ fn inner(page: &mut String, path: &str, shape: &Shape) {
     }
 }
 
-fn row(Key { name, about, default, shape }: &Key) -> String {
-    let default =
-        if default.parse::<toml_edit::Value>().is_ok() { code(&paragraph(default)) } else { default.clone() };
+fn row(key: &Key) -> String {
+    let Key { name, about, default, shape } = key;
+    let default = if key.default_value().is_some() { code(&paragraph(default)) } else { default.clone() };
     let (unit, usual) = match shape.number() {
         Some((unit, usual)) => {
             (unit.symbol, usual.map(|[least, most]| span(least, most)).unwrap_or_default())
@@ -119,11 +124,6 @@ fn words(shape: &Shape) -> String {
         }
         _ => String::new(),
     }
-}
-
-/// The lines of a doc comment as one paragraph.
-fn paragraph(about: &str) -> String {
-    about.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn code(text: &str) -> String {

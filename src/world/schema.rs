@@ -11,7 +11,7 @@ pub trait Kind {
     /// What may be written.
     fn shape(&self) -> Shape;
 
-    /// What stands for nothing written, as TOML or, where it depends on other keys, in words.
+    /// What stands for nothing written, as TOML or, where it depends on other keys, in words; or [`REQUIRED`].
     fn default(&self) -> String;
 
     /// What is written, in the program's units. Mistakes are noted at the place, and the default stands for them.
@@ -64,9 +64,13 @@ pub struct Table {
 pub struct Key {
     pub name: &'static str,
     pub about: &'static str,
+    /// [`REQUIRED`], or what [`Kind::default`] says.
     pub default: String,
     pub shape: Shape,
 }
+
+/// In place of a default: the key must be written.
+pub const REQUIRED: &str = "required";
 
 /// One of the things that a place may hold: `name = { … }`, or the word `"name"` where there is no table.
 #[derive(Clone, Debug)]
@@ -188,6 +192,17 @@ impl Shape {
     }
 }
 
+impl Key {
+    pub fn required(&self) -> bool {
+        self.default == REQUIRED
+    }
+
+    /// The default as TOML; `None` where it is told in words.
+    pub fn default_value(&self) -> Option<Value> {
+        self.default.parse().ok()
+    }
+}
+
 impl Alternative {
     /// As it is written in a file.
     pub fn written(&self) -> String {
@@ -253,6 +268,11 @@ pub fn digits(number: f64) -> String {
 
 pub fn parse_item(text: &str) -> Option<Item> {
     text.parse::<Value>().ok().map(Item::Value)
+}
+
+/// The lines of a doc comment as one paragraph.
+pub fn paragraph(about: &str) -> String {
+    about.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 pub fn quoted(word: &str) -> String {

@@ -6,6 +6,7 @@
 pub mod field;
 pub mod island;
 pub mod land;
+pub mod tiff;
 
 use std::{
     ops::Deref,

@@ -1,19 +1,20 @@
 //! `terrane check`: whether a world can be made, and what it takes, without making it.
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
-use crate::app::memory::{Phases, check_picture};
+use crate::app::memory::{self, Goal, Limits, Needs, by_name, check_picture, largest_grid};
 use crate::app::report::Details;
 use crate::app::{Error, Session, land};
 use crate::core::memory::{Memory, mebibytes, total};
-use crate::gpu;
-use crate::terrain::schedule::Stage;
+use crate::terrain::{Plan, schedule::Stage};
 use crate::world::World;
 use clap::Args;
 use serde_json::json;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, Write};
 
-/// Check a world file, and print what making its land takes
+/// Check a world file and print what it takes to make, without making it
+///
+/// Exits with 3 if the world is wrong, and with 6 if it needs more memory than --memory-limit or the --device allows.
 #[derive(Args)]
 pub struct Arguments {
     #[command(flatten)]
@@ -27,30 +28,26 @@ pub struct Arguments {
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let world = land::load(&arguments.world, session)?;
-    let phases = Phases::of(&world, &world.film);
-    session.report.details = Some(Details::Plan(object(&world, &phases)));
+    let mut limits = Limits::of_option(arguments.device.memory_limit);
+    if arguments.device.device.is_some() {
+        limits = Limits::of(&land::open(&arguments.device, session)?);
+    }
+    let goal = |_: &Plan| Goal::Picture(world.film);
+    let needs = Needs::of(&world.plan, &goal(&world.plan));
+    // Only a limit makes a grid too large.
+    let largest = limits.device.and_then(|_| largest_grid(&world.plan, goal, &limits));
+    session.report.details = Some(Details::Plan(object(&world, &needs, largest)));
+    let table = Table { world: &world, needs: &needs, largest };
     if !arguments.output.quiet && !arguments.output.json {
         // Nobody may be reading.
-        let _ = write!(io::stdout().lock(), "{}", Table(&world, &phases));
-    }
-
-    let mut limit = arguments.device.memory_limit;
-    if arguments.device.device.is_some() {
-        let gpu = land::open(&arguments.device, session)?;
-        let (cells, most) = (world.plan.grid.cells, gpu.info().max_image);
-        if cells > most {
-            let reason =
-                format!("terrain.cells is {cells}, and its images have at most {most} texels a side");
-            return Err(gpu::Error::Unsupported(reason).into());
-        }
-        limit = Some(gpu.memory().limit);
+        let _ = write!(io::stdout().lock(), "{table}");
     }
     check_picture(&world.film)?;
-    limit.map_or(Ok(()), |limit| phases.check(limit))
+    memory::check(&world.plan, goal, &limits)
 }
 
 /// The plan for programs.
-fn object(world: &World, phases: &Phases) -> serde_json::Value {
+fn object(world: &World, needs: &Needs, largest: Option<u32>) -> serde_json::Value {
     let plan = &world.plan;
     let stages: Vec<_> = plan
         .stages()
@@ -69,23 +66,30 @@ fn object(world: &World, phases: &Phases) -> serde_json::Value {
         "stages": stages,
         "time_step": plan.time_step(),
         "reef_step": plan.reef.as_ref().map(|reef| reef.step),
-        "memory": memory(&phases.land),
-        "memory_bytes": total(&phases.land),
+        "memory": memory(&needs.land),
+        "memory_bytes": total(&needs.land),
         "picture": {
             "width": world.film.width,
             "height": world.film.height,
-            "memory": memory(&phases.picture),
-            "memory_bytes": total(&phases.picture),
+            "memory": memory(&needs.picture),
+            "memory_bytes": total(&needs.picture),
         },
+        "host": { "memory": memory(&needs.host), "memory_bytes": total(&needs.host) },
+        "largest_cells": largest,
     })
 }
 
 /// The plan for people.
-struct Table<'a>(&'a World, &'a Phases);
+struct Table<'a> {
+    world: &'a World,
+    needs: &'a Needs,
+    /// Most cells that the limits would allow, where there are limits.
+    largest: Option<u32>,
+}
 
 impl Display for Table<'_> {
     fn fmt(&self, out: &mut Formatter) -> fmt::Result {
-        let Table(world, phases) = self;
+        let Table { world, needs, largest } = self;
         let plan = &world.plan;
         let grid = plan.grid;
         writeln!(out, "{}, seed {}", world.name, world.seed)?;
@@ -111,9 +115,14 @@ impl Display for Table<'_> {
                 _ => writeln!(out)?,
             }
         }
-        writeln!(out, "memory   on the device, {}", Parts(&phases.land))?;
+        writeln!(out, "memory   on the device, {}", Parts(&needs.land))?;
         writeln!(out, "picture  {} × {} pixels", world.film.width, world.film.height)?;
-        writeln!(out, "         on the device, {}", Parts(&phases.picture))
+        writeln!(out, "         on the device, {}", Parts(&needs.picture))?;
+        writeln!(out, "host     {}", Parts(&needs.host))?;
+        match largest {
+            Some(cells) => writeln!(out, "largest  {cells} cells a side fit the limits"),
+            None => Ok(()),
+        }
     }
 }
 
@@ -123,8 +132,6 @@ struct Parts<'a>(&'a [Memory]);
 impl Display for Parts<'_> {
     fn fmt(&self, out: &mut Formatter) -> fmt::Result {
         let Parts(parts) = self;
-        let shares: Vec<String> =
-            parts.iter().map(|part| format!("{} {}", part.name, mebibytes(part.bytes))).collect();
-        write!(out, "{}: {}", mebibytes(total(parts)), shares.join(", "))
+        write!(out, "{}: {}", mebibytes(total(parts)), by_name(parts))
     }
 }

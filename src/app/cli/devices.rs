@@ -38,6 +38,7 @@ fn object(device: &DeviceInfo) -> serde_json::Value {
         "vulkan": format!("{major}.{minor}.{patch}"),
         "memory_bytes": device.memory,
         "max_image": device.max_image,
+        "max_allocation_bytes": device.max_allocation,
         "usable": device.missing.is_empty(),
         "missing": device.missing,
     })

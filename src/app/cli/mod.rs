@@ -1,25 +1,28 @@
 //! The command line: `terrane VERB WORLD [-o OUT] …`, one file a verb.
 
 mod bench;
+mod cache;
 mod check;
+mod completions;
 mod devices;
 mod export;
+mod man;
 pub mod options;
 mod output;
 mod render;
+mod schema;
 
 use super::progress::Voice;
-use super::{Error, Session};
+use super::{EXIT_CODES, Error, Session};
 use clap::{Parser, Subcommand};
 use options::OutputOptions;
 
-/// Whole landscapes from one text file, made and shown with Vulkan.
+/// Whole landscapes from one text file, made and shown with Vulkan
+///
+/// A world file describes land, sea, light and a camera; `terrane render` makes a picture of it, `terrane export` files
+/// for other programs.
 #[derive(Parser)]
-#[command(name = "terrane", version, max_term_width = 100)]
-#[command(
-    after_help = "Exit codes: 0 ok · 1 other · 2 usage · 3 something in the world file or an option is wrong · \
-    4 no such device or no driver · 5 device lost · 6 memory · 7 a file can't be read or written · 130 interrupted"
-)]
+#[command(name = "terrane", version, max_term_width = 100, after_help = after_help())]
 pub struct Cli {
     #[command(subcommand)]
     verb: Verb,
@@ -32,6 +35,10 @@ enum Verb {
     Check(check::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
+    Cache(cache::Arguments),
+    Schema(schema::Arguments),
+    Completions(completions::Arguments),
+    Man(man::Arguments),
 }
 
 impl Cli {
@@ -42,6 +49,10 @@ impl Cli {
             Verb::Check(arguments) => check::run(arguments, session),
             Verb::Devices(arguments) => devices::run(arguments, session),
             Verb::Bench(arguments) => bench::run(arguments, session),
+            Verb::Cache(arguments) => cache::run(arguments, session),
+            Verb::Schema(arguments) => schema::run(arguments, session),
+            Verb::Completions(arguments) => completions::run(arguments),
+            Verb::Man(arguments) => man::run(arguments, session),
         }
     }
 
@@ -53,24 +64,44 @@ impl Cli {
             Verb::Check(_) => "check",
             Verb::Devices(_) => "devices",
             Verb::Bench(_) => "bench",
+            Verb::Cache(_) => "cache",
+            Verb::Schema(_) => "schema",
+            Verb::Completions(_) => "completions",
+            Verb::Man(_) => "man",
         }
     }
 
     pub fn json(&self) -> bool {
-        self.output().json
+        self.output().is_some_and(|output| output.json)
     }
 
     pub fn voice(&self) -> Voice {
-        if self.output().quiet { Voice::Quiet } else { Voice::Normal }
+        if self.output().is_some_and(|output| output.quiet) { Voice::Quiet } else { Voice::Normal }
     }
 
-    fn output(&self) -> &OutputOptions {
+    /// Those that print what was asked for have none.
+    fn output(&self) -> Option<&OutputOptions> {
         match &self.verb {
-            Verb::Render(arguments) => &arguments.output,
-            Verb::Export(arguments) => &arguments.output,
-            Verb::Check(arguments) => &arguments.output,
-            Verb::Devices(arguments) => &arguments.output,
-            Verb::Bench(arguments) => &arguments.output,
+            Verb::Render(arguments) => Some(&arguments.output),
+            Verb::Export(arguments) => Some(&arguments.output),
+            Verb::Check(arguments) => Some(&arguments.output),
+            Verb::Devices(arguments) => Some(&arguments.output),
+            Verb::Bench(arguments) => Some(&arguments.output),
+            Verb::Cache(arguments) => Some(&arguments.output),
+            Verb::Schema(_) | Verb::Completions(_) | Verb::Man(_) => None,
         }
     }
+}
+
+fn after_help() -> String {
+    let codes: Vec<String> =
+        EXIT_CODES.iter().map(|(code, meaning)| format!("  {code:<3}  {meaning}")).collect();
+    format!(
+        "Examples:\n  terrane render island.toml -o island.png\n  \
+         terrane render island.toml --set terrain.cells=256 --set erosion.hydraulic.rain=200\n  \
+         terrane export island.toml --layer all -o island/\n  \
+         terrane export island.toml --preset unreal -o unreal/\n  \
+         terrane check island.toml\n\nExit codes:\n{}",
+        codes.join("\n")
+    )
 }

@@ -1,30 +1,30 @@
 //! Options that several verbs share.
 
-use clap::Args;
+use clap::{Args, ValueHint};
 use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct WorldOptions {
-    /// World file (TOML)
+    /// World file (TOML); `terrane schema` tells what may stand in it
+    #[arg(value_hint = ValueHint::FilePath)]
     pub world: PathBuf,
 
-    /// Override a key of the world file, for example --set terrain.cells=256; may be repeated
+    /// Change a key for this run, for example --set terrain.cells=256; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 
-    /// Override the world's seed
+    /// Another seed, from 0 to 4294967295: another island
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
 
-    /// Simulate from the start, whatever earlier runs have left
-    // Nothing is kept between runs yet: accepted so that scripts written now go on to mean the same.
+    /// Simulate from the start, whatever earlier runs have left, and leave nothing
     #[arg(long)]
-    no_cache: bool,
+    pub no_cache: bool,
 }
 
 #[derive(Args)]
 pub struct DeviceOptions {
-    /// Device to run on: index or part of its name, as `terrane devices` lists them
+    /// Index of the device to run on, or a part of its name; `terrane devices` lists them
     #[arg(long, value_name = "DEVICE")]
     pub device: Option<String>,
 
@@ -35,11 +35,11 @@ pub struct DeviceOptions {
 
 #[derive(Args)]
 pub struct OutputOptions {
-    /// Print one JSON object about the run on standard output
+    /// Print one JSON object about the run on standard output: stages, files, errors
     #[arg(long)]
     pub json: bool,
 
-    /// Show no progress
+    /// Show no progress; errors are still told
     #[arg(long, short)]
     pub quiet: bool,
 }
@@ -67,7 +67,7 @@ pub fn size(text: &str) -> Result<Size, String> {
 }
 
 /// Reads a size in bytes, KiB, MiB, GiB or TiB.
-fn bytes(text: &str) -> Result<u64, String> {
+pub fn bytes(text: &str) -> Result<u64, String> {
     let (number, unit) = text.split_at(text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len()));
     let shift = match unit.to_ascii_lowercase().as_str() {
         "" | "b" => 0,

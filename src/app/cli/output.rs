@@ -1,7 +1,8 @@
-//! What `-o` means.
+//! Where output goes: what `-o` means, and standard output.
 
 use crate::app::Error;
 use crate::formats::{self, file};
+use std::io::{self, Write};
 use std::path::{self, Path, PathBuf};
 
 /// Where the files of a run go.
@@ -62,4 +63,15 @@ pub fn check_extension(path: &Path, known: &[&str]) -> Result<(), Error> {
         path.display(),
         known.join(" or ")
     )))
+}
+
+/// Writes on standard output. That nobody reads on is no failure.
+pub fn print(bytes: &[u8]) -> Result<(), Error> {
+    let mut out = io::stdout().lock();
+    match out.write_all(bytes).and_then(|()| out.flush()) {
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+            Err(formats::Error::Write { path: "standard output".into(), source }.into())
+        }
+        _ => Ok(()),
+    }
 }

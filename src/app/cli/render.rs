@@ -2,22 +2,19 @@
 
 use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
-use crate::app::memory::{Phases, check_picture};
+use crate::app::memory::{self, Goal, Limits, check_picture};
 use crate::app::{Error, Session, interrupt, land};
 use crate::formats;
 use crate::raster::{Picture, Quality, Renderer};
 use crate::scene::Film;
-use clap::Args;
+use clap::{Args, ValueHint};
 use std::path::{Path, PathBuf};
 
 /// Render a picture of a world
 #[derive(Args)]
 pub struct Arguments {
-    #[command(flatten)]
-    world: WorldOptions,
-
     /// Picture to write, .png or .exr, or a folder for it [default: ./<world>.png]
-    #[arg(short, value_name = "OUT")]
+    #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
 
     /// Size of the picture in pixels [default: the world's]
@@ -28,6 +25,8 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", default_value = "raster", value_parser = method)]
     renderer: Method,
 
+    #[command(flatten)]
+    world: WorldOptions,
     #[command(flatten)]
     device: DeviceOptions,
     #[command(flatten)]
@@ -59,7 +58,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
-    Phases::of(&world, &film).check(gpu.memory().limit)?;
+    memory::check(&world.plan, |_| Goal::Picture(film), &Limits::of(&gpu))?;
     let renderer = Renderer::new(&gpu)?;
     let ground = land::simulate(&gpu, &world, session)?.land()?;
 

@@ -1,0 +1,161 @@
+//! `terrane export`: layers of the land as files for other programs.
+
+mod files;
+mod layers;
+mod preset;
+mod request;
+mod tiles;
+
+use super::options::{DeviceOptions, OutputOptions, WorldOptions};
+use crate::app::memory::{self, Goal, Limits};
+use crate::app::{Error, Session, interrupt, land};
+use crate::formats::raw::ByteOrder;
+use crate::terrain::Plan;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum, ValueHint};
+use files::Land;
+use layers::{Layer, Source};
+use preset::Preset;
+use request::{Content, Request};
+use std::path::PathBuf;
+use tiles::Tiles;
+
+/// Most samples along a side of what is written: four by four of Unity's largest tiles.
+const MAX_CELLS: u32 = (1 << 14) + 1;
+
+/// Write layers of the finished land: height, water, slope, …
+#[derive(Args)]
+pub struct Arguments {
+    /// Layers to write, or `all` that the world has
+    ///
+    /// height, water, sediment, wear, deposit and reef in m, flow in m³/s, slope in degrees, normal = world (x, −z, y)·½ + ½,
+    /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1.
+    #[arg(long = "layer", value_name = "NAME", num_args = 1.., value_delimiter = ',', default_value = "height")]
+    #[arg(value_parser = choice())]
+    layers: Vec<Choice>,
+
+    /// File to write, or a folder for one file a layer [default: ./<world>/]
+    ///
+    /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one.
+    #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
+    out: Option<PathBuf>,
+
+    /// Kind of the files in a folder [default: exr]
+    #[arg(long)]
+    format: Option<Format>,
+
+    /// Sizes, formats and order of rows as an engine imports them
+    #[arg(long)]
+    preset: Option<Preset>,
+
+    /// Resample to so many samples along each side [default: as many as the world has]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=i64::from(MAX_CELLS)))]
+    cells: Option<u32>,
+
+    /// Cut the land into tiles, so many across and down, that share the samples of their edges
+    #[arg(long, value_name = "NxM", value_parser = tiles::tiles)]
+    tiles: Option<Tiles>,
+
+    /// Byte order of RAW files [default: little]
+    #[arg(long, value_name = "ORDER", value_parser = byte_order())]
+    byte_order: Option<ByteOrder>,
+
+    /// Write the south edge first, in PNG and RAW files
+    #[arg(long)]
+    flip: bool,
+
+    #[command(flatten)]
+    world: WorldOptions,
+    #[command(flatten)]
+    device: DeviceOptions,
+    #[command(flatten)]
+    pub output: OutputOptions,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// 32-bit floats, channels by name
+    Exr,
+    /// 16-bit integers from the least to the greatest value
+    Png16,
+    /// The same integers without a header
+    R16,
+    /// GeoTIFF: 32-bit floats with their place in metres
+    Tif,
+}
+
+/// What `--layer` takes.
+#[derive(Clone, Copy)]
+enum Choice {
+    All,
+    One(Layer),
+}
+
+pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let world = land::load(&arguments.world, session)?;
+    let request = Request::new(arguments, &world)?;
+    for note in &request.notes {
+        session.progress.say(note);
+    }
+
+    interrupt::listen();
+    let gpu = land::open(&arguments.device, session)?;
+    // Without another number of samples, files have those of the land.
+    let written = |plan: &Plan| match request.cells {
+        cells if cells == world.plan.grid.cells => plan.grid.cells,
+        cells => cells,
+    };
+    memory::check(&world.plan, |plan| goal(plan, &request, written(plan)), &Limits::of(&gpu))?;
+    let simulation = land::simulate(&gpu, &world, session)?;
+    let Request { cells, tiles, preset, .. } = request;
+    let land = Land::new(&arguments.world, &world, &simulation, cells, tiles, preset);
+    let mut source = Source::new(&gpu, &world, &simulation, cells);
+    for content in &request.contents {
+        interrupt::check(&session.report)?;
+        match content {
+            Content::Layers(file) => {
+                let rasters =
+                    file.layers.iter().map(|&layer| source.raster(layer)).collect::<Result<Vec<_>, _>>()?;
+                request.place.make()?;
+                files::write(file, &rasters, &land, session)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What the layers, of `cells` samples along a side, take of memory beside the simulation, which stays to the end.
+fn goal(plan: &Plan, request: &Request, cells: u32) -> Goal {
+    let drawn = request.layers().any(|layer| !layer.is_simulated());
+    let source = if drawn { memory::Source::Renderer } else { memory::Source::Simulation };
+    let files =
+        request.contents.iter().map(|content| host_bytes(content, request.tiles, plan.grid.cells, cells));
+    let file = files.max().unwrap_or(0);
+    Goal::Layers(memory::Layers { source, file })
+}
+
+/// Memory of the host while a file of `to` samples along a side of all tiles is made from a land of `from`.
+fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
+    let Content::Layers(file) = content;
+    let [width, height] = tiles.size(to).map(u64::from);
+    let [from, to] = [from, to].map(u64::from);
+    let channels: u64 = file.layers.iter().map(|layer| layer.channels().len() as u64).sum();
+    // All channels of the land, those of a tile in planes, and one layer half resampled.
+    let resampled = if to == from { 0 } else { 16 * from * to };
+    4 * channels * (to * to + width * height) + resampled
+}
+
+/// Reads the name of a layer, or `all`.
+fn choice() -> impl TypedValueParser<Value = Choice> {
+    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all"]);
+    PossibleValuesParser::new(names).map(|name| {
+        Layer::ALL.into_iter().find(|layer| layer.name() == name).map_or(Choice::All, Choice::One)
+    })
+}
+
+fn byte_order() -> impl TypedValueParser<Value = ByteOrder> {
+    PossibleValuesParser::new(["little", "big"]).map(|name| match name.as_str() {
+        "big" => ByteOrder::Big,
+        _ => ByteOrder::Little,
+    })
+}
