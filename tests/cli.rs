@@ -223,8 +223,10 @@ fn a_check_prints_the_plan_and_makes_nothing() {
     for part in ["64 × 64", "erosion", "model seconds", "reef", "memory", "64 × 36 pixels"] {
         assert!(text.contains(part), "{text}");
     }
-    // No device is asked.
-    let output = command(folder.path(), &["check", "world.toml", "--json"]).envs(NO_DRIVER).output().unwrap();
+    // It does without a device, and then can't know how long.
+    let mut without = command(folder.path(), &["check", "world.toml", "--json"]);
+    // The loader tells the validation layer that there is no driver, which is no fault here.
+    let output = without.envs(NO_DRIVER).env_remove("TERRANE_VALIDATION").output().unwrap();
     assert_eq!(code(&output), 0);
     let plan = &json(&output)["plan"];
     assert_eq!(plan["cells"], 64);
@@ -232,6 +234,7 @@ fn a_check_prints_the_plan_and_makes_nothing() {
         plan["time_step"].as_f64().unwrap() > 0.0 && plan["memory_bytes"].as_u64().unwrap() > 64 * 64 * 4
     );
     assert_eq!(plan["stages"][0]["name"], "base terrain");
+    assert_eq!((&plan["seconds"], &plan["stages"][0]["seconds"]), (&Value::Null, &Value::Null));
     let picture = &plan["picture"];
     let parts = picture["memory"].as_array().unwrap();
     assert!(parts.iter().any(|part| part["name"] == "tile"), "{picture}");
@@ -243,6 +246,37 @@ fn a_check_prints_the_plan_and_makes_nothing() {
     // Nothing is known of what there is.
     assert_eq!(plan["largest_cells"], Value::Null);
     assert_eq!(names(folder.path()), before);
+}
+
+#[test]
+fn a_check_estimates_how_long_the_land_takes() {
+    let folder = folder();
+    let seconds = |cells: u32| {
+        let cells = format!("terrain.cells={cells}");
+        let output = terrane(folder.path(), &["check", "world.toml", "--json", "--set", &cells]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let json = json(&output);
+        assert!(json["device"].is_string());
+        let plan = &json["plan"];
+        let stages: Vec<f64> = plan["stages"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|stage| stage["seconds"].as_f64().unwrap())
+            .collect();
+        assert!(stages.iter().all(|seconds| *seconds > 0.0), "{plan}");
+        let all = plan["seconds"].as_f64().unwrap();
+        assert!((all - stages.iter().sum::<f64>()).abs() < 1e-6 * all);
+        all
+    };
+    // Sixteen times the cells, four times the steps, and sixteen times the sweeps of the reef.
+    assert!(seconds(1024) > 10.0 * seconds(256));
+
+    let output = terrane(folder.path(), &["check", "world.toml"]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("\ntime     about "));
+    let output = terrane(folder.path(), &["check", "world.toml", "--json", "--no-time"]);
+    let json = json(&output);
+    assert_eq!((&json["device"], &json["plan"]["seconds"]), (&Value::Null, &Value::Null));
 }
 
 #[test]

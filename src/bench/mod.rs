@@ -6,7 +6,10 @@
 //! median beside it says how calm the machine was.
 
 mod clock;
+mod estimate;
 pub mod native;
+
+pub use estimate::estimate;
 
 use crate::{
     core::grid::Grid,

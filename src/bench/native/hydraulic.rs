@@ -173,8 +173,8 @@ impl Hydraulic {
                     total.fill(0.0);
                     (0..PIPES).for_each(|k| add(total, flux.row(y, k)));
                     leave(sediment, water.row(y, SEDIMENT), total, load.here);
-                    for k in 0..PIPES {
-                        arrive(sediment, flux.around(y, OPPOSITE[k]).beside[k], load.beside[k]);
+                    for (k, back) in OPPOSITE.into_iter().enumerate().take(PIPES) {
+                        arrive(sediment, flux.around(y, back).beside[k], load.beside[k]);
                     }
                 }
 
@@ -230,8 +230,8 @@ impl Hydraulic {
                 gained.fill(0.0);
                 x_flow.fill(0.0);
                 z_flow.fill(0.0);
-                for k in 0..PIPES {
-                    let (out, into) = (flux.row(y, k), flux.around(y, OPPOSITE[k]).beside[k]);
+                for (k, back) in OPPOSITE.into_iter().enumerate().take(PIPES) {
+                    let (out, into) = (flux.row(y, k), flux.around(y, back).beside[k]);
                     pass([gained, x_flow, z_flow], out, into, OFFSETS[k]);
                 }
                 carry(
@@ -379,7 +379,7 @@ fn accelerate(
             let depth = filled([s[x], s_n[x]], [h[x], h_n[x]], cap);
             let pushed = (flux[x] * per_width + push * depth.max(least) * drop).max(0.0);
             // From the gradient of the surface to its share along the pipe.
-            let along = (steepest[x] * pipe.length / drop.max(1e-30)).max(1.0).min(10.0);
+            let along = (steepest[x] * pipe.length / drop.max(1e-30)).clamp(1.0, 10.0);
             let along = if drop > 0.0 { along } else { 1.0 };
             let root = (depth * depth + friction * along * pushed).sqrt();
             out[x] = pipe.width * (2.0 * pushed * depth / (depth + root).max(1e-30));
@@ -486,8 +486,8 @@ fn carry(out: [&mut [f32]; 3], from: [&[f32]; 6], it: &Constants) {
         let speed = ((east[x] * east[x] + south[x] * south[x]).sqrt() * per_speed).min(it.max_speed);
         let mean = 0.5 * both;
         let sine = (slope[x] / (1.0 + slope[x] * slope[x]).sqrt()).max(it.min_slope);
-        let ramp = ((mean - it.ramp_start) * it.ramp).max(0.0).min(1.0);
-        let fade = (1.0 - (it.sea_level - h[x]) * it.sea_fade).max(0.0).min(1.0);
+        let ramp = ((mean - it.ramp_start) * it.ramp).clamp(0.0, 1.0);
+        let fade = (1.0 - (it.sea_level - h[x]) * it.sea_fade).clamp(0.0, 1.0);
         discharge[x] = speed * mean;
         capacity[x] = it.capacity * speed * sine * ramp * if sea { fade } else { 1.0 };
     }
