@@ -64,6 +64,7 @@ impl Progress {
         let current = self.current.get_or_insert_with(|| Current::new(stage, iteration, of, channel));
         current.iterations = iteration;
         if let Some(bar) = &current.bar {
+            bar.set_length(of);
             bar.set_position(iteration);
         } else if channel == Channel::Lines && current.last_line.elapsed() >= LINE_INTERVAL {
             current.last_line = Instant::now();

@@ -5,4 +5,6 @@ pub mod color;
 pub mod grid;
 pub mod hash;
 pub mod memory;
+pub mod mesh;
 pub mod resample;
+pub mod triangulation;

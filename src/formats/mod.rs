@@ -3,6 +3,9 @@
 
 pub mod exr;
 pub mod file;
+pub mod gltf;
+pub mod obj;
+pub mod ply;
 pub mod png;
 pub mod raw;
 pub mod sealed;

@@ -9,14 +9,14 @@ use std::ffi::OsString;
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
-/// What is said beside a raster of the land.
+/// What is said beside a raster or a mesh of the land.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Sidecar {
     #[serde(flatten)]
     pub values: Values,
-    /// Width and height of the file, samples.
+    /// Width and height of the file, or of the raster that a mesh keeps to; samples.
     pub samples: [u32; 2],
-    /// The edge that its first row is.
+    /// The edge that its first row is, of pixels or of vertices.
     pub first_row: FirstRow,
     /// Of a RAW file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -78,6 +78,15 @@ pub enum Values {
     One(Range),
     /// The file holds several, by the name of the channel.
     Several { channels: BTreeMap<String, Range> },
+    /// The file holds a mesh over the height.
+    Mesh {
+        #[serde(flatten)]
+        height: Range,
+        vertices: u64,
+        triangles: u64,
+        /// The farthest that a sample may lie above or below the mesh, metres.
+        largest_error: f32,
+    },
 }
 
 /// Least and greatest value of a layer, in its unit.

@@ -9,7 +9,7 @@ use crate::core::grid::Grid;
 use crate::formats::file::Written;
 use crate::formats::png::Depth;
 use crate::formats::raw::ByteOrder;
-use crate::formats::sidecar::{Range, Sidecar, Tile, Values};
+use crate::formats::sidecar::{Sidecar, Tile, Values};
 use crate::formats::tiff::Georeference;
 use crate::formats::{self, FirstRow, Window, sidecar};
 use crate::terrain::Simulation;
@@ -104,8 +104,8 @@ pub struct Land<'a> {
     sea_level: f32,
     /// Samples along a side of what is written.
     cells: u32,
-    tiles: Tiles,
-    preset: Option<Preset>,
+    pub tiles: Tiles,
+    pub preset: Option<Preset>,
 }
 
 impl<'a> Land<'a> {
@@ -123,19 +123,38 @@ impl<'a> Land<'a> {
     }
 
     /// The land as it is written.
-    fn grid(&self) -> Grid {
+    pub fn grid(&self) -> Grid {
         Grid { cells: self.cells, extent: self.world.plan.grid.extent }
     }
 
-    fn sidecar(&self, rasters: &[Raster], encoding: Encoding, tile: Option<Tile>) -> Sidecar {
-        let range = |raster: &Raster| {
-            let [min, max] = raster.range;
-            Range { min, max, unit: raster.layer.unit().into() }
-        };
+    /// What is said beside a file with these values, first row north.
+    pub fn sidecar(&self, values: Values, tile: Option<Tile>) -> Sidecar {
+        let grid = self.grid();
+        Sidecar {
+            values,
+            samples: self.tiles.size(grid.cells),
+            first_row: FirstRow::North,
+            byte_order: None,
+            tile,
+            extent: grid.extent,
+            cell_size: grid.cell_size(),
+            sea_level: self.sea_level,
+            seed: self.world.seed,
+            world: self.file.clone(),
+            world_sha256: self.world.sha256.clone(),
+            set: self.set.clone(),
+            engine: None,
+        }
+    }
+
+    fn sidecar_of_layers(&self, rasters: &[Raster], encoding: Encoding, tile: Option<Tile>) -> Sidecar {
         let values = match rasters {
-            [raster] => Values::One(range(raster)),
+            [raster] => Values::One(raster.in_words()),
             rasters => Values::Several {
-                channels: rasters.iter().map(|raster| (raster.layer.name().into(), range(raster))).collect(),
+                channels: rasters
+                    .iter()
+                    .map(|raster| (raster.layer.name().into(), raster.in_words()))
+                    .collect(),
             },
         };
         let grid = self.grid();
@@ -146,23 +165,19 @@ impl<'a> Land<'a> {
             _ => None,
         };
         Sidecar {
-            values,
-            samples: self.tiles.size(grid.cells),
             first_row: encoding.first_row(),
             byte_order: match encoding {
                 Encoding::Raw { byte_order, .. } => Some(byte_order),
                 _ => None,
             },
-            tile,
-            extent: grid.extent,
-            cell_size: grid.cell_size(),
-            sea_level: self.sea_level,
-            seed: self.world.seed,
-            world: self.file.clone(),
-            world_sha256: self.world.sha256.clone(),
-            set: self.set.clone(),
             engine,
+            ..self.sidecar(values, tile)
         }
+    }
+
+    /// Colour of a mesh: what the land is made of, linear Rec.709.
+    pub fn rock(&self) -> [f32; 3] {
+        self.world.surface.rock
     }
 
     fn place(&self, origin: [u32; 2]) -> Georeference {
@@ -178,18 +193,9 @@ pub fn write(file: &LayerFile, rasters: &[Raster], land: &Land, session: &mut Se
     let size = land.tiles.size(land.cells);
     for tile in land.tiles.all() {
         interrupt::check(&session.report)?;
-        let origin = match tile {
-            Some(Tile { column, row, .. }) => [column * (size[0] - 1), row * (size[1] - 1)],
-            None => [0, 0],
-        };
-        let sidecar = land.sidecar(rasters, file.encoding, tile);
+        let origin = land.tiles.origin(tile, land.cells);
+        let sidecar = land.sidecar_of_layers(rasters, file.encoding, tile);
         let name = |part: &Path| tiles::path(part, tile, land.preset);
-        let mut written = |path: PathBuf, file: Written| -> Result<(), Error> {
-            session.progress.say(&format!("wrote {}", path.display()));
-            session.report.wrote(&file);
-            session.report.wrote(&sidecar::write(&path, &sidecar)?);
-            Ok(())
-        };
         match (file.parts, rasters) {
             (Parts::OneAChannel, [raster]) => {
                 for (index, channel) in raster.layer.channels().iter().enumerate() {
@@ -197,25 +203,33 @@ pub fn write(file: &LayerFile, rasters: &[Raster], land: &Land, session: &mut Se
                     let path = name(&file.path_of(channel));
                     let window = Window::whole(&plane, size, 1);
                     let file = encode(&path, window, raster.range, file.encoding, land.place(origin))?;
-                    written(path, file)?;
+                    report(&file, &sidecar, session)?;
                 }
             }
             (Parts::Together, [raster]) if file.encoding != Encoding::Exr => {
                 let path = name(&file.path);
                 let window = raster.window().part(origin, size);
                 let file = encode(&path, window, raster.range, file.encoding, land.place(origin))?;
-                written(path, file)?;
+                report(&file, &sidecar, session)?;
             }
             (_, rasters) => {
                 let path = name(&file.path);
                 let file = write_exr(&path, rasters, origin, size)?;
-                written(path, file)?;
+                report(&file, &sidecar, session)?;
             }
         }
         if let Some(engine) = sidecar.engine.filter(|_| tile.is_none_or(|tile| tile.row + tile.column == 0)) {
             session.progress.say(&preset::advice(&engine));
         }
     }
+    Ok(())
+}
+
+/// Tells of a file that is written, and writes what is said beside it.
+pub fn report(file: &Written, sidecar: &Sidecar, session: &mut Session) -> Result<(), Error> {
+    session.progress.say(&format!("wrote {}", file.path.display()));
+    session.report.wrote(file);
+    session.report.wrote(&sidecar::write(&file.path, sidecar)?);
     Ok(())
 }
 

@@ -2,7 +2,7 @@
 
 use crate::app::{Error, land};
 use crate::core::resample::resample;
-use crate::formats::{Window, extremes};
+use crate::formats::{Window, extremes, sidecar::Range};
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f, format::Rgba32f};
 use crate::raster::{Maps, Renderer};
 use crate::terrain::{Layer as Simulated, Plan, Simulation};
@@ -30,6 +30,12 @@ pub struct Raster {
 impl Raster {
     pub fn window(&self) -> Window<'_> {
         Window::whole(&self.values, self.size, self.layer.channels().len())
+    }
+
+    /// The range as sidecars say it.
+    pub fn in_words(&self) -> Range {
+        let [min, max] = self.range;
+        Range { min, max, unit: self.layer.unit().into() }
     }
 
     /// The same land with so many samples along each side.

@@ -2,6 +2,7 @@
 
 mod files;
 mod layers;
+mod mesh;
 mod preset;
 mod request;
 mod tiles;
@@ -10,7 +11,7 @@ use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use crate::app::memory::{self, Goal, Limits};
 use crate::app::{Error, Session, interrupt, land};
 use crate::formats::raw::ByteOrder;
-use crate::terrain::Plan;
+use crate::terrain::{Layer as Simulated, Plan};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, ValueHint};
 use files::Land;
@@ -26,17 +27,18 @@ const MAX_CELLS: u32 = (1 << 14) + 1;
 /// Write layers of the finished land: height, water, slope, …
 #[derive(Args)]
 pub struct Arguments {
-    /// Layers to write, or `all` that the world has
+    /// Layers to write, `all` that the world has, or `mesh` [default: height, or mesh where OUT is one]
     ///
     /// height, water, sediment, wear, deposit and reef in m, flow in m³/s, slope in degrees, normal = world (x, −z, y)·½ + ½,
-    /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1.
-    #[arg(long = "layer", value_name = "NAME", num_args = 1.., value_delimiter = ',', default_value = "height")]
+    /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1. The mesh is the height as triangles.
+    #[arg(long = "layer", value_name = "NAME", num_args = 1.., value_delimiter = ',')]
     #[arg(value_parser = choice())]
     layers: Vec<Choice>,
 
     /// File to write, or a folder for one file a layer [default: ./<world>/]
     ///
-    /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one.
+    /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one; .glb, .ply or .obj for the mesh, which is
+    /// terrain.glb in a folder.
     #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
 
@@ -59,6 +61,10 @@ pub struct Arguments {
     /// Byte order of RAW files [default: little]
     #[arg(long, value_name = "ORDER", value_parser = byte_order())]
     byte_order: Option<ByteOrder>,
+
+    /// The farthest that a sample may lie above or below the mesh, m; 0 keeps all [default: a tenth of their distance]
+    #[arg(long, value_name = "M", value_parser = largest_error, allow_negative_numbers = true)]
+    mesh_error: Option<f32>,
 
     /// Write the south edge first, in PNG and RAW files
     #[arg(long)]
@@ -85,9 +91,10 @@ enum Format {
 }
 
 /// What `--layer` takes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Choice {
     All,
+    Mesh,
     One(Layer),
 }
 
@@ -119,6 +126,11 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
                 request.place.make()?;
                 files::write(file, &rasters, &land, session)?;
             }
+            Content::Mesh(file) => {
+                let height = source.raster(Layer::Simulated(Simulated::Height))?;
+                request.place.make()?;
+                mesh::write(file, &height, &land, session)?;
+            }
         }
     }
     Ok(())
@@ -136,21 +148,36 @@ fn goal(plan: &Plan, request: &Request, cells: u32) -> Goal {
 
 /// Memory of the host while a file of `to` samples along a side of all tiles is made from a land of `from`.
 fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
-    let Content::Layers(file) = content;
     let [width, height] = tiles.size(to).map(u64::from);
     let [from, to] = [from, to].map(u64::from);
-    let channels: u64 = file.layers.iter().map(|layer| layer.channels().len() as u64).sum();
+    let channels: u64 = match content {
+        Content::Layers(file) => file.layers.iter().map(|layer| layer.channels().len() as u64).sum(),
+        // The height; how many triangles it takes is known when they are made, and bounded then.
+        Content::Mesh(_) => 1,
+    };
     // All channels of the land, those of a tile in planes, and one layer half resampled.
     let resampled = if to == from { 0 } else { 16 * from * to };
     4 * channels * (to * to + width * height) + resampled
 }
 
-/// Reads the name of a layer, or `all`.
+/// Reads the name of a layer, `all` or `mesh`.
 fn choice() -> impl TypedValueParser<Value = Choice> {
-    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all"]);
+    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh"]);
     PossibleValuesParser::new(names).map(|name| {
-        Layer::ALL.into_iter().find(|layer| layer.name() == name).map_or(Choice::All, Choice::One)
+        match Layer::ALL.into_iter().find(|layer| layer.name() == name) {
+            Some(layer) => Choice::One(layer),
+            None if name == "mesh" => Choice::Mesh,
+            None => Choice::All,
+        }
     })
+}
+
+/// Reads a length that is not negative, metres.
+fn largest_error(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(error) if error >= 0.0 && error.is_finite() => Ok(error),
+        _ => Err("it must be a number of metres, 0 or more, for example 0.5".into()),
+    }
 }
 
 fn byte_order() -> impl TypedValueParser<Value = ByteOrder> {

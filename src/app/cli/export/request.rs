@@ -2,14 +2,17 @@
 
 use super::files::{Encoding, LayerFile, Parts};
 use super::layers::Layer;
+use super::mesh::{self, MeshFile};
 use super::preset::Preset;
 use super::tiles::Tiles;
 use super::{Arguments, Choice, Format};
 use crate::app::Error;
 use crate::app::cli::output::{Place, check_extension};
+use crate::core::grid::Grid;
 use crate::formats::png::Depth;
 use crate::formats::raw::ByteOrder;
 use crate::formats::{self, FirstRow, file};
+use crate::terrain::Layer as Simulated;
 use crate::world::World;
 use std::path::{Path, PathBuf};
 
@@ -28,6 +31,7 @@ pub struct Request {
 /// What a file holds.
 pub enum Content {
     Layers(LayerFile),
+    Mesh(MeshFile),
 }
 
 impl Request {
@@ -36,7 +40,10 @@ impl Request {
     pub fn new(arguments: &Arguments, world: &World) -> Result<Self, Error> {
         let default = PathBuf::from(format!("./{}/", world.name));
         let place = Place::of(arguments.out.as_ref().unwrap_or(&default));
-        let format = file_format(arguments, &place)?;
+        let choices = choices(arguments, &place);
+        let mesh = asks_for_mesh(arguments, &choices, &place)?;
+        let format =
+            if mesh && matches!(place, Place::File(_)) { None } else { file_format(arguments, &place)? };
         let tiles = arguments.tiles.unwrap_or(Tiles::ONE);
         let cells = match arguments.preset {
             Some(preset) => preset.cells(arguments.cells, world.plan.grid.cells, tiles)?,
@@ -44,28 +51,83 @@ impl Request {
         };
         tiles.check(cells)?;
         let mut notes = Vec::new();
-        let layers = choose(arguments, format, world, &mut notes)?;
+        let layers = choose(&choices, arguments, format, world, &mut notes)?;
         let encode = |layer| encoding(arguments, format, layer);
         let files = layer_files(&place, &layers, encode)?;
         check_use(arguments, &files)?;
         for file in &files {
             prepare(&place, &file.paths(tiles, arguments.preset))?;
         }
-        let contents = files.into_iter().map(Content::Layers).collect();
+        let mut contents: Vec<Content> = files.into_iter().map(Content::Layers).collect();
+        if mesh {
+            let cell_size = Grid { cells, ..world.plan.grid }.cell_size();
+            let file = MeshFile::new(arguments, &place, cell_size, tiles.size(cells))?;
+            prepare(&place, &file.paths(tiles, arguments.preset))?;
+            contents.push(Content::Mesh(file));
+        }
         Ok(Request { place, contents, cells, tiles, preset: arguments.preset, notes })
     }
 
+    /// The layers that are written as such.
     pub fn layers(&self) -> impl Iterator<Item = Layer> {
-        self.contents.iter().flat_map(|content| match content {
-            Content::Layers(file) => file.layers.iter().copied(),
-        })
+        self.contents
+            .iter()
+            .flat_map(|content| match content {
+                Content::Layers(file) => file.layers.as_slice(),
+                Content::Mesh(_) => &[],
+            })
+            .copied()
     }
+}
+
+/// What was asked for, and what a name alone asks for.
+fn choices(arguments: &Arguments, place: &Place) -> Vec<Choice> {
+    match place {
+        _ if !arguments.layers.is_empty() => arguments.layers.clone(),
+        Place::File(path) if mesh::EXTENSIONS.contains(&formats::extension(path).as_str()) => {
+            vec![Choice::Mesh]
+        }
+        _ => vec![Choice::One(Layer::Simulated(Simulated::Height))],
+    }
+}
+
+/// Whether there is to be a mesh; it has files of its own.
+fn asks_for_mesh(arguments: &Arguments, choices: &[Choice], place: &Place) -> Result<bool, Error> {
+    let refuse = |message: String| Err(Error::Usage(message));
+    let asked = choices.contains(&Choice::Mesh);
+    let alone = choices.iter().all(|choice| *choice == Choice::Mesh);
+    if let Place::File(path) = place {
+        let extension = formats::extension(path);
+        let is_mesh = mesh::EXTENSIONS.contains(&extension.as_str());
+        if is_mesh && !alone {
+            return refuse(format!(
+                "-o {}: a .{extension} file holds a mesh; give --layer mesh",
+                path.display()
+            ));
+        }
+        if asked && !is_mesh {
+            return refuse(format!(
+                "-o {}: a mesh is a .{} file of its own; name one, or a folder for layers and mesh",
+                path.display(),
+                mesh::EXTENSIONS.join(", .")
+            ));
+        }
+    }
+    if alone && arguments.format.is_some() {
+        return refuse(
+            "--format is for layers, and none is asked for; a mesh follows the name of its file".into(),
+        );
+    }
+    if arguments.mesh_error.is_some() && !asked {
+        return refuse("--mesh-error is for the mesh, and none is asked for; give --layer mesh".into());
+    }
+    Ok(asked)
 }
 
 /// The format that the name of the output or `--format` asks for, if either does.
 fn file_format(arguments: &Arguments, place: &Place) -> Result<Option<Format>, Error> {
     let Place::File(path) = place else { return Ok(arguments.format) };
-    check_extension(path, &["exr", "png", "tif", "tiff", "r16", "raw"])?;
+    check_extension(path, &["exr", "png", "tif", "tiff", "r16", "raw", "glb", "ply", "obj"])?;
     let format = match formats::extension(path).as_str() {
         "png" => Format::Png16,
         "tif" | "tiff" => Format::Tif,
@@ -83,6 +145,7 @@ fn file_format(arguments: &Arguments, place: &Place) -> Result<Option<Format>, E
 
 /// The layers that were asked for, once each.
 fn choose(
+    choices: &[Choice],
     arguments: &Arguments,
     format: Option<Format>,
     world: &World,
@@ -94,8 +157,9 @@ fn choose(
     let (held, left_out): (Vec<Layer>, Vec<Layer>) =
         present.iter().partition(|layer| !grey_only || layer.channels().len() == 1);
     let mut layers = Vec::new();
-    for &choice in &arguments.layers {
+    for &choice in choices {
         match choice {
+            Choice::Mesh => {}
             Choice::All => {
                 layers.extend(&held);
                 let names: Vec<&str> = left_out.iter().map(|layer| layer.name()).collect();

@@ -50,6 +50,13 @@ impl Tiles {
     pub fn size(self, cells: u32) -> [u32; 2] {
         [(cells - 1) / self.across + 1, (cells - 1) / self.down + 1]
     }
+
+    /// Column and row of the first sample of one, in the whole land.
+    pub fn origin(self, tile: Option<Tile>, cells: u32) -> [u32; 2] {
+        let Some(Tile { column, row, .. }) = tile else { return [0, 0] };
+        let [width, height] = self.size(cells);
+        [column * (width - 1), row * (height - 1)]
+    }
 }
 
 /// The file of a tile: `height_x0_y0.r16`, from the north-west corner, is what Unreal's import of tiled landscapes looks
