@@ -9,13 +9,14 @@ PREFIX ?= $(HOME)/.local
 # Random cases a property gets from `make fuzz`.
 CASES ?= 100000
 
-.PHONY: help demo install test test-long fuzz lint doc
+.PHONY: help demo install test test-long bench fuzz lint doc
 
 help:
 	@echo 'make demo       build, and render configs/island/volcano.toml to out/volcano.png'
 	@echo 'make install    the program, its manual and completions for shells, below PREFIX=$(PREFIX)'
 	@echo 'make test       the test suite, on the Vulkan device that is found (lavapipe will do)'
 	@echo 'make test-long  the tests that take too long for every change'
+	@echo 'make bench      how fast land is made here, as docs/benches.md shows it'
 	@echo 'make fuzz       the readers of files against CASES=$(CASES) random files'
 	@echo 'make lint       formatting and clippy, warnings denied'
 	@echo 'make doc        the documentation of the library, warnings denied'
@@ -45,6 +46,11 @@ test:
 test-long:
 	@scripts/install.sh validation readers
 	$(TEST) --tests -- --ignored --nocapture --test-threads 1
+
+bench:
+	@scripts/install.sh
+	@date +%F
+	$(CARGO) bench --locked --quiet
 
 fuzz:
 	@scripts/install.sh

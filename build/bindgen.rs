@@ -6,6 +6,7 @@
 use crate::shader::{Binding, Constant, Program};
 use spirq::{
     spirv::{Dim, ImageFormat},
+    ty::AccessType,
     ty::{DescriptorType, ScalarType, SpirvType, StructType, Type},
 };
 use std::{collections::BTreeMap, fmt::Write};
@@ -81,7 +82,7 @@ fn program_module(program: &Program, shared: &mut Structs) -> Result<String, Str
         "/// `glsl/{room}/{stem}`
 pub mod {stem} {{
 #[allow(unused_imports)] // One list for every program; each uses its share.
-use crate::gpu::{{format, Bind, Bindable, BindingLayout, Buffer, ComputeInterface, Image, Interface, Layers, RasterInterface, ResourceKind, Specialize, StageKind}};
+use crate::gpu::{{format, Access, Bind, Bindable, BindingLayout, Buffer, ComputeInterface, Image, Interface, Layers, RasterInterface, ResourceKind, Specialize, StageKind}};
 #[derive(Clone, Copy, Debug)]
 pub enum Shader {{}}
 {push}{constants}{bindings}
@@ -216,13 +217,17 @@ fn bindings(bindings: &BTreeMap<u32, Binding>, shared: &mut Structs) -> Result<S
         return Ok("pub type Bindings<'a> = ();\nconst BINDINGS: &[BindingLayout] = &[];\n".into());
     }
     let (mut fields, mut resources, mut layouts) = (String::new(), String::new(), String::new());
-    for (index, Binding { name, kind, ty }) in bindings {
+    for (index, Binding { name, kind: descriptor, ty }) in bindings {
         let (resource, kind) =
-            resource_type(kind, ty, shared).map_err(|error| format!("binding `{name}`: {error}"))?;
+            resource_type(descriptor, ty, shared).map_err(|error| format!("binding `{name}`: {error}"))?;
         writeln!(fields, "    pub {name}: &'a {resource},").expect(INFALLIBLE);
         write!(resources, "self.{name} as &dyn Bindable, ").expect(INFALLIBLE);
-        write!(layouts, "BindingLayout {{ binding: {index}, kind: ResourceKind::{kind} }}, ")
-            .expect(INFALLIBLE);
+        let access = access(descriptor);
+        write!(
+            layouts,
+            "BindingLayout {{ binding: {index}, kind: ResourceKind::{kind}, access: Access::{access} }}, "
+        )
+        .expect(INFALLIBLE);
     }
     Ok(format!(
         "#[derive(Clone, Copy)]
@@ -272,6 +277,18 @@ fn resource_type(
             Ok((format!("Buffer<{element}>"), "StorageBuffer"))
         }
         (kind, _) => Err(format!("{kind:?} is not bound by this engine")),
+    }
+}
+
+/// What the shader does with the resource, as its qualifiers say.
+fn access(kind: &DescriptorType) -> &'static str {
+    match kind {
+        DescriptorType::StorageImage(access) | DescriptorType::StorageBuffer(access) => match access {
+            AccessType::ReadOnly => "Read",
+            AccessType::WriteOnly => "Write",
+            AccessType::ReadWrite => "ReadWrite",
+        },
+        _ => "Read",
     }
 }
 

@@ -1,6 +1,7 @@
 //! terrane: whole landscapes from one text file, made and shown with Vulkan.
 
 pub mod app;
+pub mod bench;
 pub mod core;
 pub mod formats;
 pub mod gpu;

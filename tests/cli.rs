@@ -223,8 +223,10 @@ fn a_check_prints_the_plan_and_makes_nothing() {
     for part in ["64 × 64", "erosion", "model seconds", "reef", "memory", "64 × 36 pixels"] {
         assert!(text.contains(part), "{text}");
     }
-    // No device is asked.
-    let output = command(folder.path(), &["check", "world.toml", "--json"]).envs(NO_DRIVER).output().unwrap();
+    // It does without a device, and then can't know how long.
+    let mut without = command(folder.path(), &["check", "world.toml", "--json"]);
+    // The loader tells the validation layer that there is no driver, which is no fault here.
+    let output = without.envs(NO_DRIVER).env_remove("TERRANE_VALIDATION").output().unwrap();
     assert_eq!(code(&output), 0);
     let plan = &json(&output)["plan"];
     assert_eq!(plan["cells"], 64);
@@ -232,6 +234,7 @@ fn a_check_prints_the_plan_and_makes_nothing() {
         plan["time_step"].as_f64().unwrap() > 0.0 && plan["memory_bytes"].as_u64().unwrap() > 64 * 64 * 4
     );
     assert_eq!(plan["stages"][0]["name"], "base terrain");
+    assert_eq!((&plan["seconds"], &plan["stages"][0]["seconds"]), (&Value::Null, &Value::Null));
     let picture = &plan["picture"];
     let parts = picture["memory"].as_array().unwrap();
     assert!(parts.iter().any(|part| part["name"] == "tile"), "{picture}");
@@ -246,6 +249,37 @@ fn a_check_prints_the_plan_and_makes_nothing() {
 }
 
 #[test]
+fn a_check_estimates_how_long_the_land_takes() {
+    let folder = folder();
+    let seconds = |cells: u32| {
+        let cells = format!("terrain.cells={cells}");
+        let output = terrane(folder.path(), &["check", "world.toml", "--json", "--set", &cells]);
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        let json = json(&output);
+        assert!(json["device"].is_string());
+        let plan = &json["plan"];
+        let stages: Vec<f64> = plan["stages"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|stage| stage["seconds"].as_f64().unwrap())
+            .collect();
+        assert!(stages.iter().all(|seconds| *seconds > 0.0), "{plan}");
+        let all = plan["seconds"].as_f64().unwrap();
+        assert!((all - stages.iter().sum::<f64>()).abs() < 1e-6 * all);
+        all
+    };
+    // Sixteen times the cells, four times the steps, and sixteen times the sweeps of the reef.
+    assert!(seconds(1024) > 10.0 * seconds(256));
+
+    let output = terrane(folder.path(), &["check", "world.toml"]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("\ntime     about "));
+    let output = terrane(folder.path(), &["check", "world.toml", "--json", "--no-time"]);
+    let json = json(&output);
+    assert_eq!((&json["device"], &json["plan"]["seconds"]), (&Value::Null, &Value::Null));
+}
+
+#[test]
 fn devices_are_listed() {
     let folder = folder();
     let output = terrane(folder.path(), &["devices", "--json"]);
@@ -256,6 +290,37 @@ fn devices_are_listed() {
     let name = devices[0]["name"].as_str().unwrap();
     let output = terrane(folder.path(), &["devices"]);
     assert!(String::from_utf8(output.stdout).unwrap().contains(name));
+}
+
+#[test]
+fn the_bench_tells_every_process_at_every_size() {
+    let folder = folder();
+    let output = terrane(folder.path(), &["bench", "--cells", "48,64", "--time", "0.005", "--json"]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    let json = json(&output);
+    assert_eq!((&json["command"], &json["error"]), (&"bench".into(), &Value::Null));
+    assert!(json["device"].is_string() && json["driver"].is_string());
+    assert!(json["cores"].as_u64().unwrap() > 0 && json["copy_bandwidth"].as_f64().unwrap() > 0.0);
+    let rows = json["rows"].as_array().unwrap();
+    let names = ["base", "hydraulic", "hydraulic_paper", "thermal", "reef", "reef_sweep"];
+    let expected: Vec<(u64, &str)> =
+        [48, 64].into_iter().flat_map(|size| names.map(|name| (size, name))).collect();
+    let told: Vec<(u64, &str)> =
+        rows.iter().map(|row| (row["size"].as_u64().unwrap(), row["name"].as_str().unwrap())).collect();
+    assert_eq!(told, expected);
+    for row in rows {
+        let of = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
+        for key in ["ns_per_cell", "bytes_per_cell", "bandwidth_share", "native_ns_per_cell", "ratio"] {
+            assert!(of(key) > 0.0 && of(key).is_finite(), "{key} of {row}");
+        }
+        assert!((of("ratio") - of("ns_per_cell") / of("native_ns_per_cell")).abs() < 1e-9 * of("ratio"));
+    }
+    // A pass of carbon reads one image beside it, and the ground.
+    assert_eq!(rows[5]["bytes_per_cell"], 12.0);
+
+    let table = terrane(folder.path(), &["bench", "--cells", "48", "--time", "0.005", "--quiet"]);
+    let table = String::from_utf8(table.stdout).unwrap();
+    assert!(names.iter().all(|name| table.contains(&format!("| `{name}` | 48 |"))), "{table}");
 }
 
 // What goes wrong.

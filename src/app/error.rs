@@ -1,6 +1,6 @@
 //! Everything that ends a run, and what the process exits with.
 
-use crate::{formats, gpu, terrain, world};
+use crate::{bench, formats, gpu, terrain, world};
 
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -28,6 +28,8 @@ pub enum Error {
     Gpu(#[from] gpu::Error),
     #[error(transparent)]
     File(#[from] formats::Error),
+    #[error("{0}")]
+    Bench(String),
     /// Vulkan was used wrongly.
     #[error("the Vulkan validation layer complains:\n{}", .0.join("\n"))]
     Validation(Vec<String>),
@@ -73,8 +75,18 @@ impl Error {
                 gpu::Error::Vk { .. } => 1,
             },
             Error::File(_) | Error::Cache(_) => 7,
-            Error::Validation(_) => 1,
+            Error::Bench(_) | Error::Validation(_) => 1,
             Error::Interrupted { .. } => 130,
+        }
+    }
+}
+
+impl From<bench::Error> for Error {
+    fn from(error: bench::Error) -> Error {
+        match error {
+            bench::Error::Gpu(error) => Error::Gpu(error),
+            bench::Error::World(error) => Error::World(error),
+            bench::Error::NotCovered => Error::Bench(error.to_string()),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What `--json` prints: one object about the run, whether it went well or not.
 
+use crate::bench::Bench;
 use crate::formats::file::Written;
 use serde::Serialize;
 use std::fmt::Display;
@@ -42,6 +43,9 @@ pub enum Details {
     Plan(serde_json::Value),
     Devices(serde_json::Value),
     Cache(serde_json::Value),
+    /// `rows` and what they were measured on.
+    #[serde(untagged)]
+    Bench(Bench),
 }
 
 #[derive(Serialize)]

@@ -77,6 +77,10 @@ impl<T: Pod> Bindable for Buffer<T> {
         Descriptor::Buffer { buffer: self.0.buffer, bytes: self.0.bytes }
     }
 
+    fn bytes(&self) -> u64 {
+        self.0.bytes
+    }
+
     fn share(&self) -> Share {
         self.0.clone()
     }

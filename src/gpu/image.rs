@@ -107,6 +107,10 @@ impl<F: Format> Bindable for Image<F> {
         Descriptor::Image(self.0.view)
     }
 
+    fn bytes(&self) -> u64 {
+        self.0.texels() as u64 * size_of::<F::Texel>() as u64
+    }
+
     fn share(&self) -> Share {
         self.0.clone()
     }
@@ -115,6 +119,10 @@ impl<F: Format> Bindable for Image<F> {
 impl<F: Format> Bindable for Layers<F> {
     fn descriptor(&self) -> Descriptor {
         Descriptor::Image(self.0.view)
+    }
+
+    fn bytes(&self) -> u64 {
+        self.0.texels() as u64 * size_of::<F::Texel>() as u64
     }
 
     fn share(&self) -> Share {

@@ -31,8 +31,8 @@ pub use self::{
     image::{Attachable, Image, Layers, PingPong},
     memory::Usage,
     pipeline::{
-        Bind, Bindable, BindingLayout, Blend, Compute, ComputeInterface, Cull, Depth, Descriptor, Interface,
-        Raster, RasterInterface, RasterState, ResourceKind, Specialize, StageKind, Topology,
+        Access, Bind, Bindable, BindingLayout, Blend, Compute, ComputeInterface, Cull, Depth, Descriptor,
+        Interface, Raster, RasterInterface, RasterState, ResourceKind, Specialize, StageKind, Topology,
     },
     recorder::{Draw, Draws, Load, Recorder, Targets},
     submission::{Download, Finished, Submission, Timing},

@@ -45,6 +45,15 @@ pub enum StageKind {
 pub struct BindingLayout {
     pub binding: u32,
     pub kind: ResourceKind,
+    pub access: Access,
+}
+
+/// What a shader does with a resource: `readonly`, `writeonly`, or neither of these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    Read,
+    Write,
+    ReadWrite,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +88,8 @@ impl Bind for () {
 /// An image or a buffer. Nothing else can be one: the handles that it gives must be alive.
 pub trait Bindable: Sealed {
     fn descriptor(&self) -> Descriptor;
+    /// Size of what a shader sees.
+    fn bytes(&self) -> u64;
     /// A share in its ownership, for the submission to hold.
     fn share(&self) -> Share;
 }

@@ -7,8 +7,8 @@ use super::{
     image::{Attachable, Image},
     objects::Objects,
     pipeline::{
-        self, Bind, Bindable, Compute, ComputeInterface, Descriptor, Interface, Raster, RasterInterface,
-        Share, TargetFormats,
+        self, Access, Bind, Bindable, BindingLayout, Compute, ComputeInterface, Descriptor, Interface,
+        Raster, RasterInterface, Share, TargetFormats,
     },
     submission::{Stamp, Submission},
 };
@@ -33,6 +33,7 @@ pub struct Recorder {
     sets: HashMap<(vk::DescriptorSetLayout, Vec<Descriptor>), vk::DescriptorSet>,
     concurrency: Concurrency,
     stamps: Vec<Stamp>,
+    traffic: u64,
     last_pass: &'static str,
 }
 
@@ -98,6 +99,7 @@ impl Recorder {
         let [x, y, _] = S::WORKGROUP;
         let groups = [size[0].div_ceil(x), size[1].div_ceil(y)];
         let raw = pass.raw().clone();
+        self.traffic += traffic(S::BINDINGS, &bindings.resources());
         self.pass(S::NAME, |rec| {
             rec.bind::<S>(vk::PipelineBindPoint::COMPUTE, &raw, &push, &bindings)?;
             // SAFETY: pipeline, set and push constants of this shader are bound.
@@ -162,6 +164,11 @@ impl Recorder {
         unsafe { debug.cmd_end_debug_utils_label(self.command) };
     }
 
+    /// Bytes that the dispatches so far must move at least: every image and buffer that one reads or writes, once.
+    pub fn traffic(&self) -> u64 {
+        self.traffic
+    }
+
     /// Sends the passes to the device.
     ///
     /// # Errors
@@ -204,6 +211,7 @@ impl Recorder {
             sets: HashMap::new(),
             concurrency: Concurrency::Ordered,
             stamps: Vec::new(),
+            traffic: 0,
             last_pass: "the start",
         }
     }
@@ -408,4 +416,13 @@ impl Draws<'_> {
         unsafe { rec.device().cmd_draw(rec.command, draw.vertices, draw.instances, 0, 0) };
         rec.hold(raw);
     }
+}
+
+/// Bytes of the resources that a pass reads, and of those that it writes.
+fn traffic(layouts: &[BindingLayout], resources: &[&dyn Bindable]) -> u64 {
+    let moved = |(layout, resource): (&BindingLayout, &&dyn Bindable)| match layout.access {
+        Access::Read | Access::Write => resource.bytes(),
+        Access::ReadWrite => 2 * resource.bytes(),
+    };
+    layouts.iter().zip(resources).map(moved).sum()
 }

@@ -13,7 +13,7 @@ pub mod thermal;
 pub use self::{
     fields::Fields,
     schedule::Stage,
-    simulation::{Layer, Progress, Simulation},
+    simulation::{Layer, Progress, Simulation, processes},
     state::{Part, Position},
 };
 

@@ -319,8 +319,11 @@ impl Simulation {
     }
 }
 
-/// The processes of a stage, in the order in which they run.
-fn processes(gpu: &Gpu, plan: &Plan, stage: Stage) -> gpu::Result<Vec<Box<dyn Process>>> {
+/// The processes of a stage, in the order in which they run in each of its iterations.
+///
+/// # Errors
+/// What does not fit the device.
+pub fn processes(gpu: &Gpu, plan: &Plan, stage: Stage) -> gpu::Result<Vec<Box<dyn Process>>> {
     let mut processes: Vec<Box<dyn Process>> = Vec::new();
     match stage {
         Stage::Base => processes.push(Box::new(Base::new(gpu, plan)?)),

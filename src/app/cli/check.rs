@@ -4,13 +4,16 @@ use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use crate::app::memory::{self, Goal, Limits, Needs, by_name, check_picture, largest_grid};
 use crate::app::report::Details;
 use crate::app::{Error, Session, land};
+use crate::bench;
 use crate::core::memory::{Memory, mebibytes, total};
+use crate::gpu::Gpu;
 use crate::terrain::{Plan, schedule::Stage};
 use crate::world::World;
 use clap::Args;
 use serde_json::json;
 use std::fmt::{self, Display, Formatter};
 use std::io::{self, Write};
+use std::time::Duration;
 
 /// Check a world file and print what it takes to make, without making it
 ///
@@ -19,7 +22,11 @@ use std::io::{self, Write};
 pub struct Arguments {
     #[command(flatten)]
     world: WorldOptions,
-    // A device is asked only if it is named.
+
+    /// Don't find out how long it takes: no device is asked unless it is named
+    #[arg(long)]
+    no_time: bool,
+
     #[command(flatten)]
     device: DeviceOptions,
     #[command(flatten)]
@@ -29,30 +36,88 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let world = land::load(&arguments.world, session)?;
     let mut limits = Limits::of_option(arguments.device.memory_limit);
-    if arguments.device.device.is_some() {
-        limits = Limits::of(&land::open(&arguments.device, session)?);
+    let named = arguments.device.device.is_some();
+    let mut gpu = None;
+    if named {
+        limits = Limits::of(gpu.insert(land::open(&arguments.device, session)?));
     }
     let goal = |_: &Plan| Goal::Picture(world.film);
     let needs = Needs::of(&world.plan, &goal(&world.plan));
     // Only a limit makes a grid too large.
     let largest = limits.device.and_then(|_| largest_grid(&world.plan, goal, &limits));
-    session.report.details = Some(Details::Plan(object(&world, &needs, largest)));
-    let table = Table { world: &world, needs: &needs, largest };
+    let possible = check_picture(&world.film).and_then(|()| memory::check(&world.plan, goal, &limits));
+
+    let mut time = None;
+    let shown = arguments.output.json || !arguments.output.quiet;
+    if shown && !arguments.no_time && possible.is_ok() {
+        // A world is checked where there is no device, too.
+        gpu = gpu.or_else(|| land::open(&arguments.device, session).ok());
+        time = gpu.and_then(|gpu| Time::of(&gpu, &world.plan));
+    }
+    session.report.details = Some(Details::Plan(object(&world, &needs, largest, time.as_ref())));
+    let table = Table { world: &world, needs: &needs, largest, time: time.as_ref() };
     if !arguments.output.quiet && !arguments.output.json {
         // Nobody may be reading.
         let _ = write!(io::stdout().lock(), "{table}");
     }
-    check_picture(&world.film)?;
-    memory::check(&world.plan, goal, &limits)
+    possible
+}
+
+/// How long the land takes to make, about.
+struct Time {
+    device: String,
+    stages: Vec<(Stage, Duration)>,
+}
+
+impl Time {
+    /// `None` if the device can't run even a small part of it.
+    fn of(gpu: &Gpu, plan: &Plan) -> Option<Time> {
+        let stages = bench::estimate(gpu, plan).ok()?;
+        Some(Time { device: gpu.info().name.clone(), stages })
+    }
+
+    fn all(&self) -> Duration {
+        self.stages.iter().fold(Duration::ZERO, |sum, (_, time)| sum.saturating_add(*time))
+    }
+
+    fn of_stage(&self, stage: Stage) -> Option<Duration> {
+        self.stages.iter().find(|(at, _)| *at == stage).map(|(_, time)| *time)
+    }
+}
+
+impl Display for Time {
+    fn fmt(&self, out: &mut Formatter) -> fmt::Result {
+        let all = self.all();
+        write!(out, "about {} on {}", rounded(all), self.device)?;
+        let mut separator = ": ";
+        for (stage, time) in self.stages.iter().filter(|(_, time)| *time >= all / 50) {
+            write!(out, "{separator}{} {}", stage.name(), rounded(*time))?;
+            separator = ", ";
+        }
+        Ok(())
+    }
+}
+
+/// As exactly as it is known.
+fn rounded(time: Duration) -> String {
+    match time.as_secs_f64() {
+        seconds if seconds < 0.95 => format!("{seconds:.1} s"),
+        seconds if seconds < 90.0 => format!("{seconds:.0} s"),
+        seconds if seconds < 90.0 * 60.0 => format!("{:.0} min", seconds / 60.0),
+        seconds => format!("{:.1} h", seconds / 3600.0),
+    }
 }
 
 /// The plan for programs.
-fn object(world: &World, needs: &Needs, largest: Option<u32>) -> serde_json::Value {
+fn object(world: &World, needs: &Needs, largest: Option<u32>, time: Option<&Time>) -> serde_json::Value {
     let plan = &world.plan;
     let stages: Vec<_> = plan
         .stages()
         .into_iter()
-        .map(|(stage, iterations)| json!({ "name": stage.name(), "iterations": iterations }))
+        .map(|(stage, iterations)| {
+            let seconds = time.and_then(|time| time.of_stage(stage)).map(|time| time.as_secs_f64());
+            json!({ "name": stage.name(), "iterations": iterations, "seconds": seconds })
+        })
         .collect();
     let memory = |parts: &[Memory]| -> Vec<_> {
         parts.iter().map(|part| json!({ "name": part.name, "bytes": part.bytes })).collect()
@@ -64,6 +129,8 @@ fn object(world: &World, needs: &Needs, largest: Option<u32>) -> serde_json::Val
         "sea_level": plan.sea_level,
         "final_sea_level": plan.final_sea_level(),
         "stages": stages,
+        // An estimate; null where no device was asked.
+        "seconds": time.map(|time| time.all().as_secs_f64()),
         "time_step": plan.time_step(),
         "reef_step": plan.reef.as_ref().map(|reef| reef.step),
         "memory": memory(&needs.land),
@@ -85,11 +152,12 @@ struct Table<'a> {
     needs: &'a Needs,
     /// Most cells that the limits would allow, where there are limits.
     largest: Option<u32>,
+    time: Option<&'a Time>,
 }
 
 impl Display for Table<'_> {
     fn fmt(&self, out: &mut Formatter) -> fmt::Result {
-        let Table { world, needs, largest } = self;
+        let Table { world, needs, largest, time } = self;
         let plan = &world.plan;
         let grid = plan.grid;
         writeln!(out, "{}, seed {}", world.name, world.seed)?;
@@ -114,6 +182,9 @@ impl Display for Table<'_> {
                 (Stage::Reef, _, Some(reef)) => writeln!(out, " steps of {} years", reef.step)?,
                 _ => writeln!(out)?,
             }
+        }
+        if let Some(time) = time {
+            writeln!(out, "time     {time}")?;
         }
         writeln!(out, "memory   on the device, {}", Parts(&needs.land))?;
         writeln!(out, "picture  {} × {} pixels", world.film.width, world.film.height)?;

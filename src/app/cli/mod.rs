@@ -1,5 +1,6 @@
 //! The command line: `terrane VERB WORLD [-o OUT] …`, one file a verb.
 
+mod bench;
 mod cache;
 mod check;
 mod completions;
@@ -33,6 +34,7 @@ enum Verb {
     Export(export::Arguments),
     Check(check::Arguments),
     Devices(devices::Arguments),
+    Bench(bench::Arguments),
     Cache(cache::Arguments),
     Schema(schema::Arguments),
     Completions(completions::Arguments),
@@ -46,6 +48,7 @@ impl Cli {
             Verb::Export(arguments) => export::run(arguments, session),
             Verb::Check(arguments) => check::run(arguments, session),
             Verb::Devices(arguments) => devices::run(arguments, session),
+            Verb::Bench(arguments) => bench::run(arguments, session),
             Verb::Cache(arguments) => cache::run(arguments, session),
             Verb::Schema(arguments) => schema::run(arguments, session),
             Verb::Completions(arguments) => completions::run(arguments),
@@ -60,6 +63,7 @@ impl Cli {
             Verb::Export(_) => "export",
             Verb::Check(_) => "check",
             Verb::Devices(_) => "devices",
+            Verb::Bench(_) => "bench",
             Verb::Cache(_) => "cache",
             Verb::Schema(_) => "schema",
             Verb::Completions(_) => "completions",
@@ -82,6 +86,7 @@ impl Cli {
             Verb::Export(arguments) => Some(&arguments.output),
             Verb::Check(arguments) => Some(&arguments.output),
             Verb::Devices(arguments) => Some(&arguments.output),
+            Verb::Bench(arguments) => Some(&arguments.output),
             Verb::Cache(arguments) => Some(&arguments.output),
             Verb::Schema(_) | Verb::Completions(_) | Verb::Man(_) => None,
         }

@@ -1,0 +1,24 @@
+//! `cargo bench`: the table of `terrane bench`, on the device that is found first.
+
+use std::{error::Error, process::ExitCode};
+use terrane::{
+    bench::{self, Options},
+    gpu::{self, Gpu},
+};
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
+    let gpu = Gpu::new(&gpu::Options::default())?;
+    let bench = bench::terrain(&gpu, &Options::default(), |row| eprintln!("{row}"))?;
+    print!("{bench}");
+    Ok(())
+}
