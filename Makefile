@@ -44,7 +44,7 @@ test:
 	$(TEST)
 
 test-long:
-	@scripts/install.sh validation
+	@scripts/install.sh validation readers
 	$(TEST) --tests -- --ignored --nocapture --test-threads 1
 
 bench:

@@ -1,9 +1,15 @@
 #!/bin/sh
 # Installs what building and running terrane needs and this machine lacks; with nothing missing it does nothing.
-# usage: install.sh [validation]     (validation: the Vulkan validation layers too, which the tests run under)
+# usage: install.sh [validation] [readers]
+#   validation  the Vulkan validation layers too, which the tests run under
+#   readers     what the long tests fetch programs of other makes with, too
 set -eu
 
+wanted=" $* "
+wants() { case $wanted in *" $1 "*) true ;; *) false ;; esac; }
+
 tools='cmake ninja c++ python3 pkg-config'
+! wants readers || tools="$tools node npm"
 
 say() { printf '%s\n' "$*" >&2; }
 
@@ -52,7 +58,12 @@ need_tool pkg-config pkg-config
 need_package libvulkan1
 # Brings lavapipe, the driver that needs no graphics card.
 need_package mesa-vulkan-drivers
-[ "${1:-}" != validation ] || need_package vulkan-validationlayers
+! wants validation || need_package vulkan-validationlayers
+if wants readers; then
+    need_tool node nodejs
+    need_tool npm npm
+    python3 -c 'import ensurepip' 2>/dev/null || missing="$missing python3-venv"
+fi
 [ -n "$missing" ] || exit 0
 
 if [ "$(id -u)" = 0 ]; then

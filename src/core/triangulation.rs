@@ -200,14 +200,15 @@ impl<'a> Refinement<'a> {
     /// is broken at the farthest one. Each side is looked at from west to east or from north to south.
     fn insert_rim(&mut self) {
         let [east, south] = self.size.map(|side| (side - 1) as u16);
-        let sides: [(u16, &dyn Fn(u16) -> [u16; 2]); 4] = [
-            (east, &|along| [along, 0]),
-            (east, &|along| [along, south]),
-            (south, &|along| [0, along]),
-            (south, &|along| [east, along]),
+        let sides = [
+            ([0, 0], [1, 0], east),
+            ([0, south], [1, 0], east),
+            ([0, 0], [0, 1], south),
+            ([east, 0], [0, 1], south),
         ];
         let mut triangle = 0;
-        for (length, place) in sides {
+        for (start, step, length) in sides {
+            let place = |along: u16| [start[0] + step[0] * along, start[1] + step[1] * along];
             let height = |along: u16| self.height(place(along));
             for along in broken_line(length, height, self.error) {
                 triangle = self.locate(place(along), triangle);

@@ -52,7 +52,15 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     if shown && !arguments.no_time && possible.is_ok() {
         // A world is checked where there is no device, too.
         gpu = gpu.or_else(|| land::open(&arguments.device, session).ok());
-        time = gpu.and_then(|gpu| Time::of(&gpu, &world.plan));
+        if let Some(gpu) = gpu {
+            time = Time::of(&gpu, &world.plan);
+            // A refusal if the device was named; else the world may be meant for another one.
+            if let Err(error) = memory::check(&world.plan, goal, &Limits::of(&gpu)) {
+                let warning = format!("not on {}: {error}", gpu.info().name);
+                session.progress.say(&format!("warning: {warning}"));
+                session.report.warnings.push(warning);
+            }
+        }
     }
     session.report.details = Some(Details::Plan(object(&world, &needs, largest, time.as_ref())));
     let table = Table { world: &world, needs: &needs, largest, time: time.as_ref() };

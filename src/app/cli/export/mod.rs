@@ -62,7 +62,8 @@ pub struct Arguments {
     #[arg(long, value_name = "ORDER", value_parser = byte_order())]
     byte_order: Option<ByteOrder>,
 
-    /// The farthest that a sample may lie above or below the mesh, m; 0 keeps all [default: a tenth of their distance]
+    /// The farthest that a sample may lie above or below the mesh, m; 0 keeps every sample [default: a tenth of the distance
+    /// between samples]
     #[arg(long, value_name = "M", value_parser = largest_error, allow_negative_numbers = true)]
     mesh_error: Option<f32>,
 

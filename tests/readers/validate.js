@@ -1,0 +1,20 @@
+// Runs the Khronos glTF validator over .glb files: no errors and no warnings are allowed.
+// usage: node validate.js MODULES FILE…
+
+const fs = require('fs');
+const path = require('path');
+
+const [modules, ...files] = process.argv.slice(2);
+const validator = require(path.join(modules, 'gltf-validator'));
+
+(async () => {
+    for (const file of files) {
+        const report = await validator.validateBytes(new Uint8Array(fs.readFileSync(file)), { maxIssues: 100 });
+        const { numErrors, numWarnings, numInfos, messages } = report.issues;
+        const { totalVertexCount, totalTriangleCount } = report.info;
+        console.log(`${path.basename(file)}: ${totalVertexCount} vertices, ${totalTriangleCount} triangles, ` +
+            `${numErrors} errors, ${numWarnings} warnings, ${numInfos} infos`);
+        messages.filter((message) => message.severity < 2).forEach((message) => console.error(message));
+        if (numErrors + numWarnings > 0 || totalTriangleCount === 0) process.exitCode = 1;
+    }
+})();
