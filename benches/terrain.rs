@@ -18,7 +18,7 @@ fn main() -> ExitCode {
 
 fn run() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::new(&gpu::Options::default())?;
-    let bench = bench::terrain(&gpu, &Options::default(), |row| eprintln!("{row}"))?;
+    let bench = bench::terrain(&gpu, &Options::default(), |row| eprintln!("{} at {}", row.name, row.size))?;
     print!("{bench}");
     Ok(())
 }
