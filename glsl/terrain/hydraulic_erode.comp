@@ -9,6 +9,8 @@
 #include "lib/pipes.glsl"
 
 layout(local_size_x = 64, local_size_y = 1) in;
+// Whether the bed creeps or rivers wear their banks.
+layout(constant_id = 4) const bool BED_DIFFUSION = true;
 
 layout(binding = 0, r32f) uniform readonly image2D height_in;
 layout(binding = 1, r32f) uniform writeonly image2D height_out;
@@ -90,12 +92,15 @@ void main() {
         precise float diffused = sediment + push.sediment_mixing * sum(mix(vec4(0.0), rise, wet));
 
         // The bed creeps, and rivers wear their banks.
-        vec4 discharge_axis = discharge[j][i] + AXIS_OF(discharge, j, i);
-        vec4 mixing = min(vec4(LARGEST_MIXING), push.creep_mixing + push.bank_mixing * discharge_axis)
-            * min(vec4(mask), AXIS_OF(masks, j, i));
         vec4 beside = AXIS_OF(height, j, i);
-        precise vec4 slide = mixing * (beside - ground);
-        precise float crept = imageLoad(change, own).x + sum(slide);
+        precise float crept = imageLoad(change, own).x;
+        if (BED_DIFFUSION) {
+            vec4 discharge_axis = discharge[j][i] + AXIS_OF(discharge, j, i);
+            vec4 mixing = min(vec4(LARGEST_MIXING), push.creep_mixing + push.bank_mixing * discharge_axis)
+                * min(vec4(mask), AXIS_OF(masks, j, i));
+            precise vec4 slide = mixing * (beside - ground);
+            crept += sum(slide);
+        }
 
         // Depth (10).
         vec4 out_axis = outflow_axis[j][i];

@@ -153,8 +153,15 @@ impl Hydraulic {
             columns,
             rows,
         };
-        let erode =
-            hydraulic_erode::Constants { pipes, controls, outflow_slope, semi_lagrangian, columns, rows };
+        let erode = hydraulic_erode::Constants {
+            pipes,
+            controls,
+            outflow_slope,
+            semi_lagrangian,
+            bed_diffusion: params.creep > 0.0 || params.bank_diffusion > 0.0,
+            columns,
+            rows,
+        };
         Ok(Hydraulic {
             start: Compute::new(gpu, ())?,
             flow: Compute::new(gpu, flow)?,
