@@ -1,4 +1,4 @@
-//! Integer hashing: every random number of a world comes from here.
+//! Integer hashing, from which every random number of a world comes, and how hashes are written.
 
 /// Derives the seed of one consumer from the world's seed and the consumer's key path, for example
 /// `terrain.layers.2`: adding a consumer never changes another.
@@ -16,4 +16,20 @@ pub fn mix(value: u32) -> u32 {
     let state = value.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
     let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
     (word >> 22) ^ word
+}
+
+/// Bytes as lower-case hexadecimal digits, the way digests are written.
+pub fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_has_two_digits() {
+        assert_eq!(hexadecimal(&[0, 10, 0xf5]), "000af5");
+        assert_eq!(hexadecimal(&[]), "");
+    }
 }

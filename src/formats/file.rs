@@ -1,6 +1,7 @@
 //! Files appear whole or not at all: written under a temporary name in the same folder, synced, renamed.
 
 use super::Error;
+use crate::core::hash::hexadecimal;
 use sha2::{Digest, Sha256};
 use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, BufWriter, Seek, Write};
@@ -216,7 +217,7 @@ fn measure(mut file: &File) -> io::Result<(u64, String)> {
         bytes += length as u64;
         reader.consume(length);
     }
-    Ok((bytes, digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect()))
+    Ok((bytes, hexadecimal(&digest.finalize())))
 }
 
 /// Makes the renaming last through a power cut. Only Unix lets a folder be opened and synced.

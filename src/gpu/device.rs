@@ -4,6 +4,7 @@ use super::{
     error::{Error, Result, vk_error},
     memory::{Memory, Usage},
 };
+use crate::core::hash::hexadecimal;
 use ash::{ext, vk};
 use std::{
     ffi::{CStr, CString, c_char, c_void},
@@ -546,7 +547,7 @@ fn identity(properties: &vk::PhysicalDeviceProperties, ids: &vk::PhysicalDeviceI
     let numbers = [properties.vendor_id, properties.device_id, properties.driver_version];
     let numbers = numbers.iter().flat_map(|number| number.to_be_bytes());
     let uuids = properties.pipeline_cache_uuid.into_iter().chain(ids.driver_uuid).chain(ids.device_uuid);
-    numbers.chain(uuids).map(|byte| format!("{byte:02x}")).collect()
+    hexadecimal(&numbers.chain(uuids).collect::<Vec<u8>>())
 }
 
 fn text(characters: &[c_char]) -> String {

@@ -5,7 +5,7 @@
 //! checksum is right: so any number of runs may use one folder, and a run that is killed leaves nothing in their way.
 
 use super::World;
-use crate::core::memory::mebibytes;
+use crate::core::{hash::hexadecimal, memory::mebibytes};
 use crate::formats::{self, file, sealed};
 use crate::gpu::{self, DeviceInfo, Gpu};
 use crate::terrain::{Part, Plan, Position, Simulation};
@@ -282,8 +282,4 @@ fn writing(error: formats::Error) -> Error {
         formats::Error::Write { path, source } => Error::Write { path, source },
         other => Error::File(other),
     }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -20,6 +20,7 @@ pub use json_schema::json_schema;
 pub use place::KeyPath;
 pub use reference::reference;
 
+use crate::core::hash::hexadecimal;
 use crate::scene;
 use crate::terrain;
 use fault::{Cause, Fault, Sources, report_text};
@@ -136,7 +137,7 @@ pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> 
     Ok(World {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path,
-        sha256: Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect(),
+        sha256: hexadecimal(&Sha256::digest(bytes)),
         seed,
         plan,
         light,
