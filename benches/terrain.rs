@@ -2,7 +2,7 @@
 
 use std::{error::Error, process::ExitCode};
 use terrane::{
-    bench::{self, Options},
+    bench::{Bench, Options},
     gpu::{self, Gpu},
 };
 
@@ -18,7 +18,8 @@ fn main() -> ExitCode {
 
 fn run() -> Result<(), Box<dyn Error>> {
     let gpu = Gpu::new(&gpu::Options::default())?;
-    let bench = bench::terrain(&gpu, &Options::default(), |row| eprintln!("{} at {}", row.name, row.size))?;
+    let mut bench = Bench::new(&gpu)?;
+    bench.terrain(&gpu, &Options::default(), || false, |row| eprintln!("{} at {}", row.name, row.size))?;
     print!("{bench}");
     Ok(())
 }

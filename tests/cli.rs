@@ -436,6 +436,7 @@ fn devices_and_drivers_that_are_not_there_are_refused() {
 fn memory_is_not_taken_beyond_the_limit() {
     refused(&["render", "world.toml", "--memory-limit", "100KiB"], 6, &["--memory-limit"]);
     refused(&["check", "world.toml", "--memory-limit", "100KiB"], 6, &["--memory-limit", "terrain.cells"]);
+    refused(&["bench", "--cells", "512", "--memory-limit", "1MiB"], 6, &["give --cells less"]);
     // There is room for the simulation, and not for the picture.
     let large = ["--memory-limit", "4MiB", "--set", "render.size=[400,400]"];
     for verb in ["render", "check"] {
@@ -609,6 +610,55 @@ fn an_interrupted_export_says_what_it_has_written() {
     assert_eq!(names(&folder.path().join("world")).len(), written);
     let expected = format!("error: interrupted; {written} files had been written, and are whole");
     assert!(lines.any(|line| line.unwrap() == expected));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_bench_tells_what_it_has_measured() {
+    for json_asked in [true, false] {
+        let folder = folder();
+        let slow = ["bench", "--cells", "48,2048", "--time", "0.3"];
+        let mut bench = command(folder.path(), &slow);
+        if json_asked {
+            bench.arg("--json");
+        }
+        let mut child = bench.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap().starts_with("reef_sweep")));
+        assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(code(&output), 130);
+        if json_asked {
+            let json = json(&output);
+            assert_eq!(json["error"]["exit_code"], 130);
+            let rows = json["rows"].as_array().unwrap().len();
+            assert!((6..12).contains(&rows), "{json}");
+        } else {
+            let table = String::from_utf8(output.stdout).unwrap();
+            assert!(table.contains("| `reef_sweep` | 48 |"), "{table}");
+            assert!(!table.contains("| `reef_sweep` | 2048 |"), "{table}");
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_does_not_fit_its_disk_is_a_failure() {
+    let folder = folder();
+    for (arguments, expected) in [
+        (&["check", "world.toml", "--no-time", "--json"][..], 7),
+        (&["check", "world.toml", "--no-time"], 7),
+        (&["devices"], 7),
+        // What went wrong first counts.
+        (&["check", "world.toml", "--seed", "x", "--json"], 2),
+        (&["check", "bare.toml", "--set", "terrain.cells=1", "--json"], 3),
+    ] {
+        let full = fs::File::options().write(true).open("/dev/full").unwrap();
+        let output = command(folder.path(), arguments).stdout(full).output().unwrap();
+        assert_eq!(code(&output), expected, "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains("standard output"), "{arguments:?}: {}", stderr(&output));
+    }
 }
 
 #[test]

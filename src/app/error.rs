@@ -24,7 +24,7 @@ pub enum Error {
     World(#[from] world::Error),
     #[error("the cache is no use: {0}")]
     Cache(#[from] world::cache::Error),
-    #[error(transparent)]
+    #[error("{error}{}", advice(.0), error = .0)]
     Gpu(#[from] gpu::Error),
     #[error(transparent)]
     File(#[from] formats::Error),
@@ -84,9 +84,26 @@ impl Error {
 impl From<bench::Error> for Error {
     fn from(error: bench::Error) -> Error {
         match error {
+            bench::Error::Gpu(error) if out_of_memory(&error) => {
+                Error::Memory(format!("{error}; give --cells less, or raise --memory-limit"))
+            }
             bench::Error::Gpu(error) => Error::Gpu(error),
             bench::Error::World(error) => Error::World(error),
+            bench::Error::Stopped => Error::Interrupted { written: 0, kept: None },
             bench::Error::NotCovered => Error::Bench(error.to_string()),
         }
+    }
+}
+
+/// What each verb has its own advice for.
+fn out_of_memory(error: &gpu::Error) -> bool {
+    matches!(error, gpu::Error::MemoryLimit { .. } | gpu::Error::OutOfMemory { .. })
+}
+
+fn advice(error: &gpu::Error) -> &'static str {
+    if out_of_memory(error) {
+        "; lower terrain.cells or the picture's size, or raise --memory-limit"
+    } else {
+        ""
     }
 }

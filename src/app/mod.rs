@@ -51,9 +51,17 @@ pub fn main() -> ExitCode {
         report.fail(code, &error);
     }
     if cli.json() {
-        report.print();
+        code = print(&report, code);
     }
     ExitCode::from(code)
+}
+
+/// Prints the report of a run that ends with `code`; returns what the process exits with.
+fn print(report: &Report, code: u8) -> u8 {
+    let Err(error) = report.print() else { return code };
+    complain(&error.to_string());
+    // What failed first counts.
+    if code == 0 { error.exit_code() } else { code }
 }
 
 /// What a verb tells about its work while it runs.
@@ -71,12 +79,12 @@ struct Session {
 fn refuse(arguments: &[OsString], error: &clap::Error) -> ExitCode {
     // Nobody may be reading.
     let _ = error.print();
-    let code = u8::try_from(error.exit_code()).unwrap_or(2);
+    let mut code = u8::try_from(error.exit_code()).unwrap_or(2);
     if code != 0 && arguments.iter().any(|argument| argument == "--json") {
         let verb = arguments.get(1).map(|verb| verb.to_string_lossy().into_owned()).unwrap_or_default();
         let mut report = Report::of(&verb);
         report.fail(code, &error.render());
-        report.print();
+        code = print(&report, code);
     }
     ExitCode::from(code)
 }

@@ -1,10 +1,10 @@
 //! What `--json` prints: one object about the run, whether it went well or not.
 
+use super::{Error, cli::output};
 use crate::bench::Bench;
 use crate::formats::file::Written;
 use serde::Serialize;
 use std::fmt::Display;
-use std::io::{self, Write};
 
 #[derive(Serialize)]
 pub struct Report {
@@ -92,11 +92,10 @@ impl Report {
         self.error = Some(Failure { exit_code, message: error.to_string() });
     }
 
-    /// Prints the object on standard output, where nobody may be reading.
-    pub fn print(&self) {
-        let mut out = io::stdout().lock();
-        let _ = serde_json::to_writer_pretty(&mut out, self);
-        let _ = writeln!(out);
-        let _ = out.flush();
+    /// Prints the object on standard output.
+    pub fn print(&self) -> Result<(), Error> {
+        // Nothing in it can fail to be written as JSON.
+        let object = serde_json::to_string_pretty(self).unwrap_or_default();
+        output::print(format!("{object}\n").as_bytes())
     }
 }

@@ -1,5 +1,6 @@
 //! How long a plan will take here, found out in a moment.
 
+use super::clock::{self, Stopwatch};
 use crate::{
     core::grid::Grid,
     gpu::{self, DeviceKind, Gpu, Recorder},
@@ -7,8 +8,8 @@ use crate::{
 };
 use std::time::{Duration, Instant};
 
-/// Time that each stage of `plan` will take on this device, by the wall's clock: some passes are run on a part of its
-/// grid, which has the same cells, and so the same time step and sweeps, but fewer of them.
+/// Time that each stage of `plan` will take on this device if nothing else is at work: some passes are run on a part of
+/// its grid, which has the same cells, and so the same time step and sweeps, but fewer of them.
 ///
 /// # Errors
 /// What does not fit the device or its memory.
@@ -35,9 +36,9 @@ pub fn estimate(gpu: &Gpu, plan: &Plan) -> gpu::Result<Vec<(Stage, Duration)>> {
 }
 
 /// For each stage.
-const MOMENT: Duration = Duration::from_millis(200);
+const MOMENT: Duration = Duration::from_millis(250);
 /// So many passes make a submission long enough to be timed.
-const PASSES: u64 = 32;
+const PASSES: usize = 64;
 
 struct Work {
     processes: Vec<Box<dyn Process>>,
@@ -62,29 +63,38 @@ impl Work {
         Ok(())
     }
 
-    /// Runs the stage from its beginning for a moment, or to its end.
+    /// Runs the first passes of the stage again and again for a moment. They are the same each time, and other work on the
+    /// machine can only add: so the shortest time counts.
     fn seconds_of_a_pass(&mut self, gpu: &Gpu, fields: &mut Fields) -> gpu::Result<f64> {
-        let (mut passes, mut time) = (0, Duration::ZERO);
-        let mut iteration = 1;
-        let (mut process, mut pass) = (0, 0);
-        while iteration <= self.iterations && time < MOMENT {
-            let start = Instant::now();
+        let passes = self.first_passes();
+        let mut shortest = f64::INFINITY;
+        let start = Instant::now();
+        while shortest.is_infinite() || start.elapsed() < MOMENT {
             let mut rec = Recorder::new(gpu);
-            let end = passes + PASSES;
-            while iteration <= self.iterations && passes < end {
-                match self.processes.get_mut(process) {
-                    Some(at_work) if pass < at_work.passes(iteration) => {
-                        at_work.pass(&mut rec, fields, iteration, pass);
-                        (pass, passes) = (pass + 1, passes + 1);
-                    }
-                    Some(_) => (process, pass) = (process + 1, 0),
-                    None => (iteration, process) = (iteration + 1, 0),
-                }
+            for &(iteration, process, pass) in &passes {
+                self.processes[process].pass(&mut rec, fields, iteration, pass);
             }
+            let watch = Stopwatch::start();
             rec.submit()?.wait()?;
-            time += start.elapsed();
+            let spent = watch.stop();
+            let time = match gpu.info().kind {
+                DeviceKind::Cpu => spent.work / clock::cores() as u32,
+                _ => spent.wall,
+            };
+            shortest = shortest.min(time.as_secs_f64());
         }
-        Ok(time.as_secs_f64() / passes.max(1) as f64)
+        Ok(shortest / passes.len().max(1) as f64)
+    }
+
+    /// Iteration, process and pass of each.
+    fn first_passes(&self) -> Vec<(u32, usize, u32)> {
+        let of = |iteration| {
+            let processes = self.processes.iter().enumerate();
+            processes.flat_map(move |(index, process)| {
+                (0..process.passes(iteration)).map(move |pass| (iteration, index, pass))
+            })
+        };
+        (1..=self.iterations).flat_map(of).take(PASSES).collect()
     }
 
     /// Of all iterations together.

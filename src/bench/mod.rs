@@ -52,6 +52,8 @@ pub enum Error {
     World(#[from] world::Error),
     #[error("the native version leaves out what the world of the bench has")]
     NotCovered,
+    #[error("stopped before everything was measured")]
+    Stopped,
 }
 
 /// What was measured, and on what.
@@ -90,27 +92,43 @@ pub struct Row {
     pub ratio: f64,
 }
 
-/// Measures every process of the island at every size; `done` is told each row.
-///
-/// # Errors
-/// A size that the device, its memory or the processes can't take.
-pub fn terrain(gpu: &Gpu, options: &Options, mut done: impl FnMut(&Row)) -> Result<Bench, Error> {
-    let info = gpu.info();
-    let mut bench = Bench {
-        device: info.name.clone(),
-        driver: info.driver.clone(),
-        cores: clock::cores(),
-        copy_bandwidth: copy_bandwidth(gpu)?,
-        rows: Vec::new(),
-    };
-    for &cells in &options.cells {
-        for subject in Subject::ALL {
-            let row = measure(gpu, subject, cells, options.time, bench.copy_bandwidth)?;
-            done(&row);
-            bench.rows.push(row);
-        }
+impl Bench {
+    /// Measures what the device copies; there are no rows yet.
+    ///
+    /// # Errors
+    /// No memory for the images that are copied.
+    pub fn new(gpu: &Gpu) -> gpu::Result<Bench> {
+        let info = gpu.info();
+        Ok(Bench {
+            device: info.name.clone(),
+            driver: info.driver.clone(),
+            cores: clock::cores(),
+            copy_bandwidth: copy_bandwidth(gpu)?,
+            rows: Vec::new(),
+        })
     }
-    Ok(bench)
+
+    /// Measures every process of the island at every size; `done` is told each row. Between two batches `stops` is asked
+    /// whether to end.
+    ///
+    /// # Errors
+    /// A size that the device, its memory or the processes can't take; [`Error::Stopped`]. The rows until then are there.
+    pub fn terrain(
+        &mut self,
+        gpu: &Gpu,
+        options: &Options,
+        stops: impl Fn() -> bool,
+        mut done: impl FnMut(&Row),
+    ) -> Result<(), Error> {
+        for &cells in &options.cells {
+            for subject in Subject::ALL {
+                let row = measure(gpu, subject, cells, options.time, self.copy_bandwidth, &stops)?;
+                done(&row);
+                self.rows.push(row);
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Batches of a row; where one takes long, fewer, but these.
@@ -125,14 +143,20 @@ fn measure(
     cells: u32,
     time: Duration,
     copy_bandwidth: f64,
+    stops: &impl Fn() -> bool,
 ) -> Result<Row, Error> {
+    let go_on = || if stops() { Err(Error::Stopped) } else { Ok(()) };
+    go_on()?;
     let plan = subject.plan(cells)?;
     let mut device = Device::new(gpu, subject, &plan)?;
     let mut native = Native::new(subject, &plan)?;
     // Base terrain is made anew each time: there is nothing to wait for.
     let warm_up = if subject == Subject::Base { 1 } else { WARM_UP };
-    device.run(warm_up)?;
-    native.run(warm_up);
+    for _ in 0..warm_up {
+        go_on()?;
+        device.run(1)?;
+        native.run(1);
+    }
 
     let batch = time / BATCHES;
     let device_iterations = iterations(batch, device.run(1)?.wall);
@@ -143,6 +167,7 @@ fn measure(
         if batch >= FEWEST_BATCHES && start.elapsed() > 4 * time {
             break;
         }
+        go_on()?;
         on_device.add(device.run(device_iterations)?, device_iterations, plan.grid);
         natively.add(native.run(native_iterations), native_iterations, plan.grid);
     }

@@ -19,13 +19,12 @@ pub enum Error {
     Unsupported(String),
     /// The budget would be passed; nothing was allocated.
     #[error(
-        "`{name}` needs {} but only {} of the {} that this run may use are left; \
-         lower terrain.cells or the picture's size, or raise --memory-limit",
+        "`{name}` needs {} but only {} of the {} that this run may use are left",
         mebibytes(*bytes), mebibytes(limit.saturating_sub(*used)), mebibytes(*limit)
     )]
     MemoryLimit { name: String, bytes: u64, used: u64, limit: u64 },
     /// The device had less than it said.
-    #[error("the device has no memory left for `{name}` ({}); lower terrain.cells or the picture's size", mebibytes(*bytes))]
+    #[error("the device has no memory left for `{name}` ({})", mebibytes(*bytes))]
     OutOfMemory { name: String, bytes: u64 },
     /// The device stopped answering; `after` names the passes of the submission.
     #[error("the device was lost during {after}; update its driver, or try another one with --device")]

@@ -1,11 +1,11 @@
 //! `terrane bench`: how fast this machine makes land.
 
 use super::options::{DeviceOptions, OutputOptions};
+use super::output::print;
 use crate::app::report::Details;
-use crate::app::{Error, Session, land};
-use crate::bench;
+use crate::app::{Error, Session, interrupt, land};
+use crate::bench::{self, Bench};
 use clap::{Args, ValueEnum, value_parser};
-use std::io::{self, Write};
 use std::time::Duration;
 
 /// Measure how fast this machine makes land, beside the same steps in plain Rust
@@ -15,8 +15,8 @@ pub struct Arguments {
     #[arg(value_enum, default_value = "terrain")]
     subject: Subject,
 
-    /// Samples along a side; may be a list
-    #[arg(long, value_name = "N", value_delimiter = ',', default_values_t = bench::Options::default().cells)]
+    /// Samples along a side, from 32 to 4096; several with commas between, for example --cells 512,1024
+    #[arg(long, value_name = "N", value_delimiter = ',', default_value = "512,2048")]
     #[arg(value_parser = value_parser!(u32).range(32..=4096))]
     cells: Vec<u32>,
 
@@ -37,20 +37,22 @@ enum Subject {
 }
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
     let options = bench::Options { cells: arguments.cells.clone(), time: arguments.time };
-    let bench = match arguments.subject {
-        Subject::Terrain => bench::terrain(&gpu, &options, |row| {
+    let mut bench = Bench::new(&gpu)?;
+    let measured = match arguments.subject {
+        Subject::Terrain => bench.terrain(&gpu, &options, interrupt::requested, |row| {
             let bench::Row { name, size, ns_per_cell, .. } = row;
             session.progress.say(&format!("{name}: {ns_per_cell:.2} ns a cell at {size} × {size}"));
-        })?,
+        }),
     };
-    if !arguments.output.json {
-        // Nobody may be reading.
-        let _ = write!(io::stdout().lock(), "{bench}");
+    // The rows that are done count, whatever became of the others.
+    if !arguments.output.json && !bench.rows.is_empty() {
+        print(bench.to_string().as_bytes())?;
     }
     session.report.details = Some(Details::Bench(bench));
-    Ok(())
+    Ok(measured?)
 }
 
 /// Reads a time, up to a minute.
@@ -58,5 +60,22 @@ fn seconds(text: &str) -> Result<Duration, String> {
     match text.parse::<f64>() {
         Ok(seconds) if (0.001..=60.0).contains(&seconds) => Ok(Duration::from_secs_f64(seconds)),
         _ => Err("it must be a number of seconds between 0.001 and 60".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::app::cli::Cli;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_help_shows_the_sizes_as_they_are_typed() {
+        let default = Cli::command().get_matches_from(["terrane", "bench"]);
+        let cells = default.subcommand_matches("bench").and_then(|bench| bench.get_many::<u32>("cells"));
+        assert!(cells.is_some_and(|cells| cells.eq(&bench::Options::default().cells)));
+        let mut program = Cli::command();
+        let help = program.find_subcommand_mut("bench").map(|bench| bench.render_help().to_string());
+        assert!(help.is_some_and(|help| help.contains("[default: 512,2048]")));
     }
 }

@@ -1,13 +1,12 @@
 //! `terrane cache`: what earlier runs have left, and doing away with it.
 
-use super::options::OutputOptions;
+use super::{options::OutputOptions, output::print};
 use crate::app::report::Details;
 use crate::app::{Error, Session, keep};
 use crate::core::memory::mebibytes;
 use crate::world::cache::{Cache, Entry};
 use clap::{Args, ValueEnum};
 use serde_json::json;
-use std::io::{self, Write};
 use std::time::Duration;
 
 /// Show or clear what runs have kept for later ones
@@ -38,8 +37,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let entries = cache.entries()?;
     session.report.details = Some(Details::Cache(object(&cache, &entries)));
     if !arguments.output.json && arguments.action != Some(Action::Clear) {
-        // Nobody may be reading.
-        let _ = write!(io::stdout().lock(), "{}", table(&cache, &entries));
+        print(table(&cache, &entries).as_bytes())?;
     }
     Ok(())
 }

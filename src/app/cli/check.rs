@@ -1,9 +1,10 @@
 //! `terrane check`: whether a world can be made, and what it takes, without making it.
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
+use super::output::print;
 use crate::app::memory::{self, Goal, Limits, Needs, by_name, check_picture, largest_grid};
 use crate::app::report::Details;
-use crate::app::{Error, Session, land};
+use crate::app::{Error, Session, interrupt, land};
 use crate::bench;
 use crate::core::memory::{Memory, mebibytes, total};
 use crate::gpu::Gpu;
@@ -12,7 +13,6 @@ use crate::world::World;
 use clap::Args;
 use serde_json::json;
 use std::fmt::{self, Display, Formatter};
-use std::io::{self, Write};
 use std::time::Duration;
 
 /// Check a world file and print what it takes to make, without making it
@@ -34,6 +34,7 @@ pub struct Arguments {
 }
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    interrupt::listen();
     let world = land::load(&arguments.world, session)?;
     let mut limits = Limits::of_option(arguments.device.memory_limit);
     let named = arguments.device.device.is_some();
@@ -65,10 +66,9 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     session.report.details = Some(Details::Plan(object(&world, &needs, largest, time.as_ref())));
     let table = Table { world: &world, needs: &needs, largest, time: time.as_ref() };
     if !arguments.output.quiet && !arguments.output.json {
-        // Nobody may be reading.
-        let _ = write!(io::stdout().lock(), "{table}");
+        print(table.to_string().as_bytes())?;
     }
-    possible
+    interrupt::check(&session.report).and(possible)
 }
 
 /// How long the land takes to make, about.

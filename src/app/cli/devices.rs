@@ -1,12 +1,11 @@
 //! `terrane devices`: what there is to run on.
 
-use super::options::OutputOptions;
+use super::{options::OutputOptions, output::print};
 use crate::app::report::Details;
 use crate::app::{Error, Session};
 use crate::gpu::{self, DeviceInfo};
 use clap::Args;
 use serde_json::json;
-use std::io::{self, Write};
 
 /// List the Vulkan devices of this machine
 #[derive(Args)]
@@ -19,11 +18,8 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let devices = gpu::devices()?;
     session.report.details = Some(Details::Devices(devices.iter().map(object).collect()));
     if !arguments.output.json {
-        let mut out = io::stdout().lock();
-        for device in &devices {
-            // Nobody may be reading.
-            let _ = writeln!(out, "{}", line(device));
-        }
+        let lines: String = devices.iter().map(|device| line(device) + "\n").collect();
+        print(lines.as_bytes())?;
     }
     Ok(())
 }

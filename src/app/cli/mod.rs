@@ -8,7 +8,7 @@ mod devices;
 mod export;
 mod man;
 pub mod options;
-mod output;
+pub mod output;
 mod render;
 mod schema;
 

@@ -17,7 +17,8 @@ pub struct WorldOptions {
     #[arg(long, value_name = "N")]
     pub seed: Option<u32>,
 
-    /// Simulate from the start, whatever earlier runs have left, and leave nothing
+    /// Simulate from the start, whatever earlier runs have left, and leave nothing; `check` simulates nothing and never
+    /// looks there
     #[arg(long)]
     pub no_cache: bool,
 }
