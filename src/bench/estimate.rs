@@ -36,9 +36,9 @@ pub fn estimate(gpu: &Gpu, plan: &Plan) -> gpu::Result<Vec<(Stage, Duration)>> {
 }
 
 /// For each stage.
-const MOMENT: Duration = Duration::from_millis(250);
+const MOMENT: Duration = Duration::from_millis(200);
 /// So many passes make a submission long enough to be timed.
-const PASSES: usize = 64;
+const PASSES: usize = 32;
 
 struct Work {
     processes: Vec<Box<dyn Process>>,
