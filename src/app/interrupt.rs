@@ -1,15 +1,19 @@
-//! Ctrl-C and SIGTERM: the first asks the run to end between two steps, the second ends the process at once.
+//! Ctrl-C and SIGTERM: the first asks the run to end between two steps, one behind it ends the process at once.
 
 use super::{Error, report::Report};
 use crate::formats::file;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
-static REQUESTED: AtomicBool = AtomicBool::new(false);
+/// When the first signal came.
+static REQUESTED: OnceLock<Instant> = OnceLock::new();
+/// What follows sooner is the same request: `timeout` signals the process and then the whole group it is in.
+const SAME: Duration = Duration::from_secs(1);
 
 /// Starts to listen. Where signals can't be caught they keep their usual effect.
 pub fn listen() {
     let _ = ctrlc::set_handler(|| {
-        if REQUESTED.swap(true, Ordering::SeqCst) {
+        if REQUESTED.get_or_init(Instant::now).elapsed() > SAME {
             file::remove_unfinished();
             std::process::exit(130);
         }
@@ -18,7 +22,7 @@ pub fn listen() {
 
 /// Whether an interruption has been asked for.
 pub fn requested() -> bool {
-    REQUESTED.load(Ordering::SeqCst)
+    REQUESTED.get().is_some()
 }
 
 /// Fails once an interruption has been asked for; called between steps.

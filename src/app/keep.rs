@@ -2,7 +2,6 @@
 
 use super::cli::options::bytes;
 use super::error::Kept;
-use super::progress::Progress;
 use super::{Error, Session};
 use crate::gpu::Gpu;
 use crate::terrain::{Position, Simulation, Stage};
@@ -33,7 +32,7 @@ pub fn cache(session: &mut Session) -> Result<Option<Cache>, Error> {
     let folder =
         named.or_else(|| Some(etcetera::choose_base_strategy().ok()?.cache_dir().join("terrane/land")));
     if folder.is_none() {
-        session.progress.say(&"warning: nothing is kept for later runs: name a folder in TERRANE_CACHE");
+        session.warn("nothing is kept for later runs: name a folder in TERRANE_CACHE".into());
     }
     Ok(folder.map(|folder| Cache { folder, limit }))
 }
@@ -42,8 +41,10 @@ pub fn cache(session: &mut Session) -> Result<Option<Cache>, Error> {
 pub struct Keeper<'a> {
     gpu: &'a Gpu,
     world: &'a World,
-    /// `None` once it has failed: it is said once, and the run goes on without.
+    /// `None` where nothing can be kept: the run goes on without.
     cache: Option<Cache>,
+    /// Whether a failure has been told: the next state may fare better, and needs no more words if not.
+    told: bool,
     /// Of each stage, in their order.
     keys: Vec<(Stage, Key)>,
     interval: Duration,
@@ -53,11 +54,12 @@ pub struct Keeper<'a> {
 }
 
 impl<'a> Keeper<'a> {
-    pub fn new(gpu: &'a Gpu, world: &'a World, session: &Session) -> Self {
+    pub fn new(gpu: &'a Gpu, world: &'a World, session: &mut Session) -> Self {
         let mut keeper = Keeper {
             gpu,
             world,
             cache: session.cache.clone(),
+            told: false,
             keys: Vec::new(),
             interval: interval(),
             last: Instant::now(),
@@ -69,14 +71,14 @@ impl<'a> Keeper<'a> {
                     let stages = world.plan.stages().into_iter().map(|(stage, _)| stage);
                     keeper.keys = stages.zip(keys).collect();
                 }
-                Err(error) => keeper.give_up(&error, &session.progress),
+                Err(error) => keeper.failed(&error, session),
             }
         }
         keeper
     }
 
     /// A run of the world, as far on as the cache knows it.
-    pub fn begin(&mut self, progress: &Progress) -> Result<Simulation, Error> {
+    pub fn begin(&mut self, session: &mut Session) -> Result<Simulation, Error> {
         let mut simulation = Simulation::new(self.gpu, &self.world.plan)?;
         let Some(cache) = &self.cache else { return Ok(simulation) };
         for (_, key) in self.keys.iter().rev() {
@@ -85,7 +87,7 @@ impl<'a> Keeper<'a> {
                 Ok(false) => {}
                 Err(cache::Error::Gpu(error)) => return Err(error.into()),
                 Err(error) => {
-                    progress.say(&format!("warning: {error}; it is removed, and that land made again"));
+                    session.warn(format!("{error}; that land is made again"));
                     cache.remove(key);
                     // Some images hold what was read, and their memory is needed for new ones.
                     drop(simulation);
@@ -99,33 +101,43 @@ impl<'a> Keeper<'a> {
     }
 
     /// Keeps the state if it is time: behind a stage that took long, and now and then within one.
-    pub fn watch(&mut self, simulation: &Simulation, progress: &Progress) {
+    pub fn watch(&mut self, simulation: &Simulation, session: &mut Session) {
         let (now, position) = (simulation.progress(), simulation.position());
         let between_stages = now.finished || position.is_some_and(|position| position.stage != now.stage);
         let due = if between_stages { self.interval.min(LEAST) } else { self.interval };
         if self.last.elapsed() >= due {
-            self.keep(simulation, progress);
+            self.keep(simulation, session);
         }
     }
 
     /// Keeps the state now.
-    pub fn keep(&mut self, simulation: &Simulation, progress: &Progress) -> Option<Kept> {
+    pub fn keep(&mut self, simulation: &Simulation, session: &mut Session) -> Option<Kept> {
         let cache = self.cache.as_ref()?;
         let position = simulation.position()?;
         if self.position != Some(position) {
             let (_, key) = self.keys.iter().find(|(stage, _)| *stage == position.stage)?;
-            if let Err(error) = cache.store(self.gpu, key, self.world, simulation) {
-                self.give_up(&error, progress);
+            let stored = cache.store(self.gpu, key, self.world, simulation);
+            self.last = Instant::now();
+            if let Err(error) = stored {
+                self.failed(&error, session);
                 return None;
             }
-            (self.position, self.last) = (Some(position), Instant::now());
+            self.position = Some(position);
         }
         Some(Kept)
     }
 
-    fn give_up(&mut self, error: &cache::Error, progress: &Progress) {
-        progress.say(&format!("warning: this run keeps nothing for later ones: {error}"));
-        self.cache = None;
+    /// A disk may have room again a while later; a state that is too large stays so.
+    fn failed(&mut self, error: &cache::Error, session: &mut Session) {
+        let hopeless = matches!(error, cache::Error::TooLarge { .. } | cache::Error::Hash(_));
+        if !self.told {
+            let until = if hopeless { "" } else { " until that is mended" };
+            session.warn(format!("this run keeps nothing for later ones{until}: {error}"));
+        }
+        self.told = true;
+        if hopeless {
+            self.cache = None;
+        }
     }
 }
 

@@ -19,10 +19,7 @@ pub fn load(options: &WorldOptions, session: &mut Session) -> Result<World, Erro
     let world = world::load(&options.world, &overrides)?;
     session.report.seed = Some(world.seed);
     session.cache = if options.no_cache { None } else { keep::cache(session)? };
-    for warning in &world.warnings {
-        session.progress.say(&format!("warning: {warning}"));
-    }
-    session.report.warnings = world.warnings.clone();
+    world.warnings.iter().for_each(|warning| session.warn(warning.clone()));
     Ok(world)
 }
 
@@ -41,14 +38,14 @@ pub fn open(options: &DeviceOptions, session: &mut Session) -> Result<Gpu, Error
 /// Runs the simulation from where earlier runs left it to its end, or to an interruption.
 pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simulation, Error> {
     let mut keeper = Keeper::new(gpu, world, session);
-    let mut simulation = keeper.begin(&session.progress)?;
+    let mut simulation = keeper.begin(session)?;
     let mut progress = simulation.progress();
     for (stage, of) in world.plan.stages().into_iter().take_while(|(stage, _)| *stage != progress.stage) {
         session.progress.show(stage.name(), of.into(), of.into());
     }
     while !progress.finished {
         if interrupt::requested() {
-            let kept = keeper.keep(&simulation, &session.progress);
+            let kept = keeper.keep(&simulation, session);
             return Err(Error::Interrupted { written: session.report.written(), kept });
         }
         session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
@@ -60,7 +57,7 @@ pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simul
         if progress.stage != before.stage {
             session.progress.show(before.stage.name(), before.of.into(), before.of.into());
         }
-        keeper.watch(&simulation, &session.progress);
+        keeper.watch(&simulation, session);
     }
     session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
     session.progress.end();

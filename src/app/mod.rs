@@ -75,6 +75,14 @@ struct Session {
     validation: Option<MessageLog>,
 }
 
+impl Session {
+    /// Says what is not as it should be, and goes on.
+    fn warn(&mut self, warning: String) {
+        self.progress.say(&format!("warning: {warning}"));
+        self.report.warnings.push(warning);
+    }
+}
+
 /// Arguments that make no sense, or a call for help.
 fn refuse(arguments: &[OsString], error: &clap::Error) -> ExitCode {
     // Nobody may be reading.

@@ -176,13 +176,16 @@ impl Cache {
         Ok(entries)
     }
 
-    /// Removes everything, and says how many bytes these were.
+    /// Removes everything but what other runs are writing, and says how many bytes these were.
     ///
     /// # Errors
     /// When something can't be removed.
     pub fn clear(&self) -> Result<u64, Error> {
         let mut bytes = 0;
         for (path, metadata) in self.files()? {
+            if !is_entry(&path) && age(&metadata) <= ABANDONED {
+                continue;
+            }
             match fs::remove_file(&path) {
                 Err(source) if source.kind() != io::ErrorKind::NotFound => {
                     return Err(Error::Write { path, source });
