@@ -312,6 +312,8 @@ fn controls_are_read_from_every_format() {
         let mask = format!("controls.mask=\"maps/{file}\"");
         let output = terrane(&folder, &["check", "world.toml", "--set", &mask]);
         assert_eq!(code(&output), 0, "{file}: {}", stderr(&output));
+        let table = String::from_utf8_lossy(&output.stdout);
+        assert!(table.lines().any(|line| line.starts_with("host") && line.contains("maps")), "{table}");
     }
 }
 
