@@ -194,8 +194,22 @@ fn unity_gets_its_size_its_byte_order_and_its_rows() {
     let range = sidecar["max"].as_f64().unwrap() - sidecar["min"].as_f64().unwrap();
     assert!((size[1].as_f64().unwrap() - range).abs() < 1e-3);
     assert!(stderr(&output).contains("terrain size 2000, "), "{}", stderr(&output));
+    assert!(stderr(&output).contains("byte order Windows"), "{}", stderr(&output));
 
-    export(&folder, &["--preset", "unity", "--tiles", "2x2", "-o", "tiles/", "--cells", "65"]);
+    let output = export(&folder, &["--preset", "unity", "--byte-order", "big", "-o", "mac.raw"]);
+    assert!(height == read_raw(&folder.path().join("mac.raw"), u16::from_be_bytes));
+    assert!(stderr(&output).contains("byte order Mac"), "{}", stderr(&output));
+
+    let layers = ["--layer", "height,mesh", "--mesh-error", "50"];
+    let tiles = ["--preset", "unity", "--tiles", "2x2", "-o", "tiles/", "--cells", "65"];
+    let output = export(&folder, &[layers.as_slice(), &tiles].concat());
+    assert!(stderr(&output).contains("Import Raw of height_0_1.raw"), "{}", stderr(&output));
+    // A mesh is called what its file is.
+    let glb = gltf::Glb::from_slice(&fs::read(folder.path().join("tiles/terrain_1_0.glb")).unwrap())
+        .map(|glb| glb.json.into_owned())
+        .unwrap();
+    let json: Value = serde_json::from_slice(&glb).unwrap();
+    assert_eq!(json["nodes"][0]["name"], "terrain_1_0");
     // Counted from the south-west.
     let tile = read_raw(&folder.path().join("tiles/height_0_0.raw"), u16::from_le_bytes);
     assert_eq!(tile.len(), 33 * 33);
@@ -298,6 +312,8 @@ fn controls_are_read_from_every_format() {
         let mask = format!("controls.mask=\"maps/{file}\"");
         let output = terrane(&folder, &["check", "world.toml", "--set", &mask]);
         assert_eq!(code(&output), 0, "{file}: {}", stderr(&output));
+        let table = String::from_utf8_lossy(&output.stdout);
+        assert!(table.lines().any(|line| line.starts_with("host") && line.contains("maps")), "{table}");
     }
 }
 
@@ -305,7 +321,7 @@ fn controls_are_read_from_every_format() {
 fn options_that_make_no_sense_together_are_refused() {
     let folder = folder();
     let before = fs::read_dir(folder.path()).unwrap().count();
-    let cases: [(&[&str], &[&str]); 17] = [
+    let cases: [(&[&str], &[&str]); 18] = [
         (&["--tiles", "3x3"], &["--tiles 3x3", "64 intervals", "--cells 64 or 67"]),
         (&["--tiles", "2"], &["2x2"]),
         (&["--tiles", "0x2"], &["between 1 and 256"]),
@@ -313,6 +329,7 @@ fn options_that_make_no_sense_together_are_refused() {
         (&["--preset", "unreal", "--cells", "1024"], &["1009, 2017", "--cells"]),
         (&["--preset", "unity", "--cells", "1024"], &["513, 1025", "--cells"]),
         (&["--preset", "unity", "--tiles", "2x1"], &["square tiles"]),
+        (&["--preset", "unreal", "--tiles", "200x200"], &["--tiles 200x200", "127", "at most 130x130"]),
         (&["--preset", "unreal", "--tiles", "2x2", "--cells", "2018"], &["1009, 2017", "in 2x2 tiles"]),
         (&["--preset", "unreal", "--format", "exr"], &["16 bits", "png16"]),
         (&["--preset", "unity", "-o", "height.png"], &["RAW", ".raw"]),

@@ -304,6 +304,36 @@ fn raws() {
     run(&Case { name: "RAW: a long sidecar".into(), files: long.into(), expected: 7 });
 }
 
+/// Opening a pipe waits until somebody writes into it, and nobody does.
+#[test]
+fn pipes_and_devices() {
+    for pipe in ["map.r16", "map.r16.json"] {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("world.toml"), heightmap("map.r16")).unwrap();
+        if pipe != "map.r16" {
+            fs::write(folder.path().join("map.r16"), [7; 2 * 64]).unwrap();
+        }
+        assert!(Command::new("mkfifo").arg(folder.path().join(pipe)).status().unwrap().success());
+        refused(folder.path(), pipe);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("world.toml"), heightmap("map.r16")).unwrap();
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("map.r16")).unwrap();
+    refused(folder.path(), "map.r16");
+}
+
+/// `terrane check` ends with 7 and says that the file is none; it is killed if it waits.
+fn refused(folder: &Path, file: &str) {
+    let output = Command::new("timeout")
+        .args(["60", env!("CARGO_BIN_EXE_terrane"), "check", "world.toml", "--no-time"])
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(7), "{file}: {message}");
+    assert!(message.contains(file) && message.contains("name a regular file"), "{message}");
+}
+
 /// A checker that lets everything pass would be no good.
 #[test]
 fn what_is_sound_passes_and_too_much_memory_does_not() {

@@ -441,7 +441,10 @@ fn colour_pictures_and_holes_are_no_maps() {
     let worded = folder.path().join("height.png");
     write_png(&worded, [1, 1], &[0.0], [0.0, 1.0]).unwrap();
     fs::write(sidecar::path(&worded), "{\"min\": \"low\"}").unwrap();
-    assert!(matches!(read_map(&worded).unwrap_err(), Error::Corrupt { format: "sidecar", .. }));
+    let error = read_map(&worded).unwrap_err();
+    assert!(matches!(error, Error::ForeignSidecar { .. }), "{error}");
+    let error = error.to_string();
+    assert!(error.contains("height.png.json") && error.contains("none of terrane"), "{error}");
 }
 
 #[test]

@@ -323,6 +323,61 @@ fn maps_are_read_from_the_folder_of_the_world() {
     assert_eq!(load(r#"{ heightmap = { file = "land.png" } }"#), [-50.0, 200.0, 0.0, -50.0]);
 }
 
+/// What names the same file in the same way shares it, and all maps together have a limit.
+#[test]
+fn maps_are_read_once_and_take_a_gibibyte_at_most() {
+    let folder = tempfile::tempdir().unwrap();
+    let load = |layers: &[&str]| {
+        let text = format!("format = 1\nterrain.layers = [{}]", layers.join(", "));
+        world::parse("test.toml", text.as_bytes(), folder.path(), &Overrides::default())
+    };
+    fs::write(folder.path().join("land.r16"), [0; 2 * 64]).unwrap();
+    let low = "{ heightmap = { file = \"land.r16\", min = 0, max = 1 } }";
+    let high = "{ heightmap = { file = \"land.r16\", min = 0, max = 2 } }";
+    assert_eq!(load(&[low, low, low]).unwrap().plan.map_bytes(), 4 * 64);
+    assert_eq!(load(&[low, high, low]).unwrap().plan.map_bytes(), 2 * 4 * 64);
+
+    // 400 MiB of values each, of a file without contents.
+    fs::File::create(folder.path().join("large.r16")).unwrap().set_len(2 * 10_240 * 10_240).unwrap();
+    let large =
+        [1, 2, 3].map(|max| format!("{{ heightmap = {{ file = \"large.r16\", min = 0, max = {max} }} }}"));
+    let error = load(&large.each_ref().map(String::as_str)).unwrap_err();
+    assert_eq!(error.exit_code(), 3);
+    let message = error.to_string();
+    for part in ["terrain.layers.2.heightmap.file", "400.0 MiB", "800.0 MiB", "1024.0 MiB"] {
+        assert!(message.contains(part), "`{part}` is not in: {message}");
+    }
+}
+
+#[test]
+fn a_map_of_another_land_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    write_png(&folder.path().join("land.png"), [0, 65535, 13107, 0]);
+    let warnings = |extent: u32, sidecar: &str| {
+        fs::write(folder.path().join("land.png.json"), sidecar).unwrap();
+        let text = format!(
+            "format = 1\n[terrain]\nextent = {extent}\nlayers = [{{ heightmap = {{ file = \"land.png\" }} }}]\n"
+        );
+        let world = world::parse("test.toml", text.as_bytes(), folder.path(), &Overrides::default());
+        world.unwrap_or_else(|error| panic!("{error}")).warnings
+    };
+    let whole = r#"{ "min": 0, "max": 200, "extent": 4000 }"#;
+    let tile = r#"{ "min": 0, "max": 200, "extent": 4000, "tile": { "column": 1, "row": 0, "of": [2, 2] } }"#;
+    assert_eq!(warnings(8000, r#"{ "min": 0, "max": 200 }"#), [""; 0]);
+    assert_eq!(warnings(4000, whole), [""; 0]);
+    assert_eq!(warnings(2000, tile), [""; 0]);
+    for (sidecar, extent, parts) in [
+        (whole, 8000, ["4000 × 4000 m", "8000 × 8000 m", "land.png"]),
+        (tile, 4000, ["2000 × 2000 m, tile 1, 0 of 2 × 2", "4000 × 4000 m", "land.png"]),
+    ] {
+        let warnings = warnings(extent, sidecar);
+        assert_eq!(warnings.len(), 1, "{warnings:?}");
+        for part in [parts.as_slice(), &["`terrain.layers.0.heightmap.file`"]].concat() {
+            assert!(warnings[0].contains(part), "`{part}` is not in: {}", warnings[0]);
+        }
+    }
+}
+
 #[test]
 fn a_damaged_map_exits_with_7() {
     let folder = tempfile::tempdir().unwrap();

@@ -95,6 +95,10 @@ impl Needs {
                 host.push(Memory { name: "file", bytes: *file });
             }
         }
+        let maps = plan.map_bytes();
+        if maps > 0 {
+            host.push(Memory { name: "maps", bytes: maps });
+        }
         Self { land, picture, host }
     }
 }
@@ -151,13 +155,15 @@ fn excess(plan: &Plan, goal: &Goal, limits: &Limits) -> Option<Excess> {
     if limits.shared {
         host.push(Memory { name: "device", bytes: total(&land).max(total(&picture)) });
     }
+    // The maps have been read: what is free doesn't count them.
+    let free = limits.host.map(|free| free.saturating_add(plan.map_bytes()));
     let raise = ", or raise --memory-limit";
     let smaller = " or the picture's size, or raise --memory-limit";
     let rows = [
         ("an image of the land", "device memory in one piece", image, limits.piece, ""),
         ("the land", "device memory", land, limits.device, raise),
         ("the picture", "device memory", picture, limits.device, smaller),
-        ("the run", "the computer's memory", host, limits.host, ", or end other programs"),
+        ("the run", "the computer's memory", host, free, ", or end other programs"),
     ];
     rows.into_iter().find_map(|(what, of, parts, limit, remedy)| {
         let limit = limit.filter(|limit| total(&parts) > *limit)?;

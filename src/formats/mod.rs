@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 /// Longest side of an image that is read, in samples.
 pub const MAX_SIDE: u32 = 16_384;
 
-/// Most memory that reading a raster takes, bytes.
+/// Most memory that the values of one raster take, bytes.
 const MAX_BYTES: u64 = 480 << 20;
 
 /// Why a file could not be read or written. Every message names the file and says what to do.
@@ -30,6 +30,16 @@ const MAX_BYTES: u64 = 480 << 20;
 pub enum Error {
     #[error("cannot read {}: {source}{}", path.display(), reading_advice(source))]
     Read { path: PathBuf, source: io::Error },
+
+    #[error("cannot read {}: it is a pipe, a socket or a device; name a regular file", path.display())]
+    NoFile { path: PathBuf },
+
+    #[error(
+        "{} is taken for the sidecar of {} and is none of terrane (line {line}, column {column}); rename it, or export \
+         the map again",
+        sidecar::path(map).display(), map.display()
+    )]
+    ForeignSidecar { map: PathBuf, line: usize, column: usize },
 
     #[error("cannot write {}: {source}{}", path.display(), writing_advice(source))]
     Write { path: PathBuf, source: io::Error },
@@ -71,6 +81,10 @@ pub struct Map {
     pub scale: Scale,
     /// Least and greatest height that the sidecar names, in metres.
     pub range: Option<[f32; 2]>,
+    /// Length of one side of the land that the sidecar names, metres.
+    pub extent: Option<f32>,
+    /// Which part of that land the file is; all of it without.
+    pub tile: Option<sidecar::Tile>,
 }
 
 /// What the numbers of a map mean.
@@ -142,7 +156,8 @@ pub fn read_map(path: &Path, hints: Hints) -> Result<Map, Error> {
     if hints.first_row.or(notes.first_row) == Some(FirstRow::South) {
         turn_over(&mut values, width as usize);
     }
-    Ok(Map { path: path.into(), width, height, values, scale, range: notes.range })
+    let sidecar::Notes { range, extent, tile, .. } = notes;
+    Ok(Map { path: path.into(), width, height, values, scale, range, extent, tile })
 }
 
 /// Least and greatest of the values; zeros where there are none.
@@ -180,16 +195,20 @@ fn turn_over(values: &mut [f32], width: usize) {
     }
 }
 
-/// Opens a file that is to be read, together with its length in bytes. A directory is refused here: opening one
-/// succeeds and only reading it fails.
+/// Opens a file that is to be read, together with its length in bytes. What else bears a name is refused before:
+/// opening a pipe waits for somebody to write into it, opening a directory succeeds and only reading it fails.
 fn open(path: &Path) -> Result<(std::fs::File, u64), Error> {
     let failed = |source| Error::Read { path: path.into(), source };
-    let file = std::fs::File::open(path).map_err(failed)?;
-    let metadata = file.metadata().map_err(failed)?;
-    if metadata.is_dir() {
+    let kind = std::fs::metadata(path).map_err(failed)?.file_type();
+    if kind.is_dir() {
         return Err(failed(io::ErrorKind::IsADirectory.into()));
     }
-    Ok((file, metadata.len()))
+    if !kind.is_file() {
+        return Err(Error::NoFile { path: path.into() });
+    }
+    let file = std::fs::File::open(path).map_err(failed)?;
+    let length = file.metadata().map_err(failed)?.len();
+    Ok((file, length))
 }
 
 /// Refuses an image whose header asks for more than may be read, or for more than the file can hold: a forged header

@@ -43,7 +43,7 @@ pub struct Sidecar {
 }
 
 /// One of the tiles of a land, which share the samples of their edges.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tile {
     /// Counted from the west edge.
     pub column: u32,
@@ -125,13 +125,16 @@ pub struct Notes {
     pub samples: Option<[u32; 2]>,
     pub byte_order: Option<ByteOrder>,
     pub first_row: Option<FirstRow>,
+    /// Length of one side of the whole land, metres.
+    pub extent: Option<f32>,
+    pub tile: Option<Tile>,
 }
 
 /// Reads the sidecar of `file`; there are no notes where there is no sidecar.
 ///
 /// # Errors
-/// When it can't be read, is no JSON object, or one of its values is none that it can be.
-pub fn read(file: &Path) -> Result<Notes, Error> {
+/// When it can't be read, is another program's, or one of its values is none that it can be.
+pub fn read(map: &Path) -> Result<Notes, Error> {
     /// A sidecar takes a few hundred bytes.
     const MAX_BYTES: u64 = 1 << 20;
 
@@ -142,9 +145,11 @@ pub fn read(file: &Path) -> Result<Notes, Error> {
         samples: Option<[u32; 2]>,
         byte_order: Option<ByteOrder>,
         first_row: Option<FirstRow>,
+        extent: Option<f32>,
+        tile: Option<Tile>,
     }
 
-    let path = path(file);
+    let path = path(map);
     if !path.exists() {
         return Ok(Notes::default());
     }
@@ -157,11 +162,15 @@ pub fn read(file: &Path) -> Result<Notes, Error> {
     file.take(MAX_BYTES)
         .read_to_end(&mut text)
         .map_err(|source| Error::Read { path: path.clone(), source })?;
-    let written: Written = serde_json::from_slice(&text).map_err(|error| corrupt(error.to_string()))?;
-    let Written { min, max, samples, byte_order, first_row } = written;
+    let written: Written = serde_json::from_slice(&text).map_err(|error| Error::ForeignSidecar {
+        map: map.into(),
+        line: error.line(),
+        column: error.column(),
+    })?;
+    let Written { min, max, samples, byte_order, first_row, extent, tile } = written;
     let range = min.zip(max).map(<[f32; 2]>::from);
     if let Some([min, max]) = range.filter(|range| !range.iter().all(|end| end.is_finite())) {
         return Err(corrupt(format!("`min` ({min}) and `max` ({max}) must be finite")));
     }
-    Ok(Notes { range, samples, byte_order, first_row })
+    Ok(Notes { range, samples, byte_order, first_row, extent, tile })
 }

@@ -45,6 +45,14 @@ pub enum Combine {
 }
 
 impl Layer {
+    /// The map that heights are taken from, if they are.
+    pub(super) fn map(&self) -> Option<&Arc<Map>> {
+        match self {
+            Layer::Generate { generator: Generator::Heightmap { map }, .. } => Some(map),
+            _ => None,
+        }
+    }
+
     /// Device memory of the raster that is sampled, if it has one.
     pub(super) fn raster_bytes(&self) -> u64 {
         let Layer::Generate { generator, .. } = self else { return 0 };

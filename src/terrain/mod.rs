@@ -23,6 +23,7 @@ use crate::{
 };
 use serde::{Serialize, Serializer};
 use sha2::{Digest, Sha256};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// Everything that determines the land, checked, in metres, seconds, years and radians.
@@ -116,6 +117,15 @@ impl Blocks {
 }
 
 impl Plan {
+    /// Memory of the host that the maps take, bytes; one that several layers share is there once.
+    pub fn map_bytes(&self) -> u64 {
+        let Controls { rain, erodibility, mask } = &self.controls;
+        let heights = self.layers.iter().filter_map(layers::Layer::map);
+        let maps = heights.chain([rain, erodibility, mask].into_iter().flatten());
+        let distinct: HashMap<*const Map, u64> = maps.map(|map| (Arc::as_ptr(map), map.bytes())).collect();
+        distinct.values().sum()
+    }
+
     /// Height of the sea that erosion knows, m: far below everything unless the boundary is the sea.
     pub fn acting_sea_level(&self) -> f32 {
         match self.boundary {
@@ -137,6 +147,11 @@ impl Controls {
 }
 
 impl Map {
+    /// Memory of the host that it takes.
+    pub fn bytes(&self) -> u64 {
+        4 * self.values.len() as u64
+    }
+
     /// An empty image that the values fit in.
     fn image(&self, gpu: &Gpu) -> gpu::Result<Image<R32f>> {
         Image::new(gpu, "raster", [self.width, self.height])

@@ -6,6 +6,7 @@ use super::keys;
 use super::place::{KeyPath, shown};
 use crate::core::grid::Grid;
 use crate::core::hash::derive_seed;
+use crate::core::memory::mebibytes;
 use crate::formats::{self, Hints};
 use crate::scene;
 use crate::sky;
@@ -29,8 +30,9 @@ pub struct Planned {
 /// # Errors
 /// Everything that can't go together, and every file that can't be used.
 pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
-    let mut check = Check { folder, faults: Vec::new(), warnings: Vec::new() };
     let terrain = &world.terrain;
+    let mut check =
+        Check { folder, extent: terrain.extent, maps: Vec::new(), faults: Vec::new(), warnings: Vec::new() };
     let plan = Plan {
         grid: Grid { cells: terrain.cells, extent: terrain.extent },
         layers: check.layers(terrain, world.seed),
@@ -53,8 +55,30 @@ pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
     if faults.is_empty() { Ok(Planned { plan, light, camera, film, warnings }) } else { Err(faults) }
 }
 
+/// Most memory, bytes, that all maps of a world take together.
+const MOST_MAPS: u64 = 1 << 30;
+
+/// What the values of a map are read as.
+#[derive(Clone, Copy, PartialEq)]
+enum Use {
+    /// Metres, by the ends of the scale where the world gives them.
+    Heights(Option<[f32; 2]>),
+    Factors,
+}
+
+/// A map as it was read, for whoever names the same file in the same way.
+struct Read {
+    path: String,
+    hints: Hints,
+    as_what: Use,
+    map: Arc<Map>,
+}
+
 struct Check<'a> {
     folder: &'a Path,
+    /// Of the terrain, metres.
+    extent: f32,
+    maps: Vec<Read>,
     faults: Vec<Fault>,
     warnings: Vec<String>,
 }
@@ -104,7 +128,7 @@ impl Check<'_> {
                 keys::Layer::Heightmap(heightmap) => {
                     let place = place.join("heightmap");
                     let map = self.heightmap(heightmap, &place);
-                    let generator = map.map(|map| Generator::Heightmap { map: Arc::new(map) });
+                    let generator = map.map(|map| Generator::Heightmap { map });
                     (place, generator, heightmap.combine, heightmap.reference)
                 }
             };
@@ -165,7 +189,7 @@ impl Check<'_> {
         }
     }
 
-    fn heightmap(&mut self, heightmap: &keys::Heightmap, place: &KeyPath) -> Option<Map> {
+    fn heightmap(&mut self, heightmap: &keys::Heightmap, place: &KeyPath) -> Option<Arc<Map>> {
         let (min, max, file) = (place.join("min"), place.join("max"), place.join("file"));
         let range = match (heightmap.min, heightmap.max) {
             (Some(least), Some(most)) if least < most => Some([least, most]),
@@ -193,7 +217,7 @@ impl Check<'_> {
             let complaint = Complaint::new("has no use here", "only a RAW file leaves it open").about_key();
             self.refuse(&[place.join("byte_order"), file.clone()], complaint);
         }
-        let map = self.map(path, &file, hints, |map| map.into_metres(range))?;
+        let map = self.map(path, &file, hints, Use::Heights(range))?;
         if map.values.iter().any(|height| height.abs() > FARTHEST_GROUND) {
             let label = format!("a map of heights within {FARTHEST_GROUND} m of the datum");
             self.refuse(&[file], Complaint::new("holds heights that no ground has", label));
@@ -204,7 +228,7 @@ impl Check<'_> {
     fn controls(&mut self, controls: &keys::Controls) -> Controls {
         let mut map = |path: &Option<String>, name: &str| {
             let place = KeyPath::from("controls").join(name);
-            let map = self.map(path.as_ref()?, &place, Hints::default(), Ok)?;
+            let map = self.map(path.as_ref()?, &place, Hints::default(), Use::Factors)?;
             if map.values.iter().any(|value| *value < 0.0) {
                 let place = place.clone();
                 self.refuse(&[place], Complaint::new("holds values below 0", "a map of factors, from 0 up"));
@@ -213,7 +237,7 @@ impl Check<'_> {
             if name == "mask" && map.values.iter().any(|value| *value > 1.0) {
                 self.refuse(&[place], Complaint::new("holds values above 1", "a map of shares, from 0 to 1"));
             }
-            Some(Arc::new(map))
+            Some(map)
         };
         Controls {
             rain: map(&controls.rain, "rain"),
@@ -222,15 +246,36 @@ impl Check<'_> {
         }
     }
 
-    fn map(
-        &mut self,
-        path: &str,
-        place: &KeyPath,
-        hints: Hints,
-        scale: impl FnOnce(formats::Map) -> Result<formats::Map, formats::Error>,
-    ) -> Option<Map> {
-        match formats::read_map(&self.folder.join(path), hints).and_then(scale) {
-            Ok(formats::Map { width, height, values, .. }) => Some(Map { width, height, values }),
+    fn map(&mut self, path: &str, place: &KeyPath, hints: Hints, as_what: Use) -> Option<Arc<Map>> {
+        let same = |read: &&Read| read.path == path && read.hints == hints && read.as_what == as_what;
+        if let Some(read) = self.maps.iter().find(same) {
+            return Some(read.map.clone());
+        }
+        let map = formats::read_map(&self.folder.join(path), hints).and_then(|map| match as_what {
+            Use::Heights(range) => map.into_metres(range),
+            Use::Factors => Ok(map),
+        });
+        match map {
+            Ok(map) => {
+                self.warn_of_another_land(path, place, &map);
+                let formats::Map { width, height, values, .. } = map;
+                let map = Arc::new(Map { width, height, values });
+                let others: u64 = self.maps.iter().map(|read| read.map.bytes()).sum();
+                if others + map.bytes() > MOST_MAPS {
+                    let label = format!(
+                        "it takes {} of memory beside {} of other maps, and all may take {}",
+                        mebibytes(map.bytes()),
+                        mebibytes(others),
+                        mebibytes(MOST_MAPS)
+                    );
+                    let complaint = Complaint::new(format!("names \"{}\"", shown(path)), label)
+                        .help("scale maps down, or name the same file with the same keys where one will do");
+                    self.refuse(std::slice::from_ref(place), complaint);
+                    return None;
+                }
+                self.maps.push(Read { path: path.into(), hints, as_what, map: map.clone() });
+                Some(map)
+            }
             Err(error) => {
                 let cause = match error {
                     formats::Error::NoRange { .. } | formats::Error::Unsuitable { .. } => Cause::World,
@@ -241,6 +286,29 @@ impl Check<'_> {
                 None
             }
         }
+    }
+
+    /// A map is stretched over the terrain, whatever it was made for.
+    fn warn_of_another_land(&mut self, path: &str, place: &KeyPath, map: &formats::Map) {
+        let Some(whole) = map.extent else { return };
+        let [across, down] = map.tile.map_or([1, 1], |tile| tile.of);
+        let covered = [across, down].map(|tiles| whole / tiles as f32);
+        let terrain = self.extent;
+        if covered.iter().all(|length| (length - terrain).abs() <= 1e-4 * terrain) {
+            return;
+        }
+        let land = match map.tile {
+            Some(tile) => format!(
+                "{} × {} m, tile {}, {} of {across} × {down} of a land of {whole} × {whole} m",
+                covered[0], covered[1], tile.column, tile.row
+            ),
+            None => format!("{whole} × {whole} m"),
+        };
+        self.warnings.push(format!(
+            "`{place}` names \"{}\", which by its sidecar covers {land}, and is stretched over the terrain's \
+             {terrain} × {terrain} m; change `terrain.extent` if that isn't meant",
+            shown(path)
+        ));
     }
 
     fn thermal(&mut self, erosion: Option<&keys::Erosion>) -> Option<thermal::Params> {

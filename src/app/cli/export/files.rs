@@ -219,7 +219,7 @@ pub fn write(file: &LayerFile, rasters: &[Raster], land: &Land, session: &mut Se
             }
         }
         if let Some(engine) = sidecar.engine.filter(|_| tile.is_none_or(|tile| tile.row + tile.column == 0)) {
-            session.progress.say(&preset::advice(&engine));
+            session.progress.say(&preset::advice(&engine, &name(&file.path), &sidecar));
         }
     }
     Ok(())

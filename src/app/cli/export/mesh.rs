@@ -11,7 +11,7 @@ use crate::core::memory::mebibytes;
 use crate::core::mesh::Mesh;
 use crate::core::triangulation::{Refinement, Triangulation};
 use crate::formats::file::Written;
-use crate::formats::sidecar::{Tile, Values};
+use crate::formats::sidecar::Values;
 use crate::formats::{self, gltf, obj, ply};
 use std::path::{Path, PathBuf};
 
@@ -81,7 +81,7 @@ pub fn write(file: &MeshFile, height: &Raster, land: &Land, session: &mut Sessio
         drop(heights);
         let mesh = Mesh::of_land(&height.values, grid, origin, triangulation);
         let path = tiles::path(&file.path, tile, land.preset);
-        let written = encode(&path, tile, &mesh, file.encoding, land)?;
+        let written = encode(&path, &mesh, file.encoding, land)?;
         let values = Values::Mesh {
             height: height.in_words(),
             vertices: mesh.positions.len() as u64,
@@ -127,17 +127,11 @@ fn triangulate(
     Ok(triangulation)
 }
 
-fn encode(
-    path: &Path,
-    tile: Option<Tile>,
-    mesh: &Mesh,
-    encoding: Encoding,
-    land: &Land,
-) -> Result<Written, formats::Error> {
-    let name = match tile {
-        Some(Tile { column, row, .. }) => format!("terrain_x{column}_y{row}"),
-        None => "terrain".into(),
-    };
+/// Writes a mesh that bears the name of its file.
+fn encode(path: &Path, mesh: &Mesh, encoding: Encoding, land: &Land) -> Result<Written, formats::Error> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    // A line of an OBJ ends where its text has a line break.
+    let name = stem.replace(char::is_control, "_");
     match encoding {
         Encoding::Glb => gltf::write(path, &name, mesh, land.rock()),
         Encoding::Ply => ply::write(path, mesh),

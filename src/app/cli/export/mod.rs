@@ -68,6 +68,8 @@ pub struct Arguments {
     mesh_error: Option<f32>,
 
     /// Write the south edge first, in PNG and RAW files
+    ///
+    /// The rows of a tile are turned within it; tiles are counted from the north as ever.
     #[arg(long)]
     flip: bool,
 

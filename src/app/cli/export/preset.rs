@@ -6,9 +6,10 @@ use super::tiles::Tiles;
 use super::{Error, Format};
 use crate::formats::png::Depth;
 use crate::formats::raw::ByteOrder;
-use crate::formats::sidecar::{Engine, Tile};
+use crate::formats::sidecar::{Engine, Sidecar, Tile};
 use crate::formats::{FirstRow, sidecar};
 use clap::ValueEnum;
+use std::path::Path;
 
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Preset {
@@ -54,6 +55,16 @@ impl Preset {
                     .into_iter()
                     .min_by(|one, other| apart(*one).total_cmp(&apart(*other)))
                     .unwrap_or(world))
+            }
+            _ if sizes.is_empty() => {
+                let least = self.sizes().iter().min().copied().unwrap_or(2);
+                let most = (super::MAX_CELLS - 1) / (least - 1);
+                Err(Error::Usage(format!(
+                    "--tiles {tiles}: {} imports tiles of {least} samples a side and more, and all of them together \
+                     may have {}; give fewer, at most {most}x{most}",
+                    self.name(),
+                    super::MAX_CELLS
+                )))
             }
             _ => {
                 let sizes: Vec<String> = sizes.iter().map(u32::to_string).collect();
@@ -134,17 +145,29 @@ impl Preset {
     }
 }
 
-/// What to type into the import dialog.
-pub fn advice(engine: &Engine) -> String {
+/// What to type into the import dialog for the file at `path`.
+pub fn advice(engine: &Engine, path: &Path, sidecar: &Sidecar) -> String {
     match *engine {
         Engine::Unreal { scale, location } => {
             format!("Unreal: import with scale {} and location {}", triple(scale), triple(location))
         }
-        Engine::Unity { terrain_size, position } => format!(
-            "Unity: Import Raw with depth 16 bit, byte order Windows, no flip, and terrain size {}; position {}",
-            triple(terrain_size),
-            triple(position)
-        ),
+        Engine::Unity { terrain_size, position } => {
+            let byte_order = match sidecar.byte_order {
+                Some(ByteOrder::Big) => "Mac",
+                Some(ByteOrder::Little) | None => "Windows",
+            };
+            let others = match sidecar.tile {
+                Some(_) => "; the other tiles have positions of their own, which their sidecars name",
+                None => "",
+            };
+            format!(
+                "Unity: Import Raw of {} with depth 16 bit, byte order {byte_order}, no flip, and terrain size {}; \
+                 position {}{others}",
+                path.file_name().unwrap_or_default().to_string_lossy(),
+                triple(terrain_size),
+                triple(position)
+            )
+        }
     }
 }
 
