@@ -141,7 +141,8 @@ void main() {
         float least = min(0.0, before - max(ground, max4(max(beside, across))));
         taken = clamp(taken, least, most);
         precise float e = crept - taken;
-        precise float suspended = diffused + (crept - e);
+        precise float left_ground = diffused + (crept - e);
+        float suspended = some(left_ground);
         precise float worn = imageLoad(start, own).x + e;
 
         // Evaporation (19); the sea stays full.

@@ -145,9 +145,9 @@ void main() {
         float share = outflow > available ? available / outflow : 1.0;
 
         if (!outside(cell, size)) {
-            imageStore(axis_out, cell, axis * share);
-            if (PIPES == 8u) imageStore(diagonal_out, cell, diagonal * share);
-            imageStore(sediment_out, cell, vec4(sediment));
+            imageStore(axis_out, cell, some(axis * share));
+            if (PIPES == 8u) imageStore(diagonal_out, cell, some(diagonal * share));
+            imageStore(sediment_out, cell, vec4(some(sediment)));
             if (OUTFLOW_SLOPE) {
                 precise vec4 fall_axis = axis * (own_surface - surface_axis);
                 precise vec4 fall_diagonal = diagonal * (own_surface - surface_diagonal) * (1.0 / SQRT2);

@@ -140,7 +140,8 @@ impl Hydraulic {
         let controls = plan.controls.any();
         let outflow_slope = params.slope == Slope::Outflow;
         let semi_lagrangian = params.traces_back();
-        let blocks = Blocks::of(gpu, 2, 2);
+        // Four pipes leave registers for more cells.
+        let blocks = Blocks::of(gpu, 2, if pipes == 4 { 4 } else { 2 });
         let Blocks { columns, rows } = blocks;
         let flow = hydraulic_flow::Constants {
             pipes,
