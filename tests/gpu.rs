@@ -147,7 +147,7 @@ fn memory_is_counted_by_name_and_limited() {
     assert!(gpu.memory().by_name["small"] >= 4 * 256 * 256);
     let Err(error) = Image::<R32f>::new(&gpu, "large", [1024, 1024]) else { panic!("over the limit") };
     assert!(matches!(&error, Error::MemoryLimit { name, .. } if name == "large"), "{error}");
-    assert!(error.to_string().contains("--memory-limit"), "{error}");
+    assert!(error.to_string().contains("of the 1.0 MiB that this run may use"), "{error}");
     drop(small);
     assert_eq!(gpu.memory().used, 0);
 }
