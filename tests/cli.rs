@@ -452,7 +452,7 @@ fn memory_is_not_taken_beyond_the_limit() {
 
 /// Four million cells, to the end: 250 s of rain and ten steps of the reef.
 #[test]
-#[ignore = "takes ten minutes on two cores"]
+#[ignore = "takes four minutes on two cores"]
 fn a_large_land_is_made_to_the_end() {
     let folder = folder();
     let volcano = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/island/volcano.toml");
