@@ -300,6 +300,7 @@ fn image_format(format: &ImageFormat) -> Result<&'static str, String> {
         ImageFormat::Rgba16f => "Rgba16f",
         ImageFormat::Rgba8 => "Rgba8",
         ImageFormat::R32ui => "R32ui",
+        ImageFormat::Rgba32ui => "Rgba32ui",
         other => {
             return Err(format!(
                 "format {other:?} has no marker in gpu::format; add it, or declare the format"

@@ -5,6 +5,7 @@ pub mod bench;
 pub mod core;
 pub mod formats;
 pub mod gpu;
+pub mod plants;
 pub mod raster;
 pub mod scene;
 pub mod sky;

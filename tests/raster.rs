@@ -11,7 +11,7 @@ use terrane::core::memory;
 use terrane::gpu::{Gpu, Image, Options, Recorder, format::R32f};
 use terrane::raster::{self, Picture, Quality, Renderer};
 use terrane::scene::{
-    Air, AirLayer, Camera, Film, Ground, Light, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
+    Air, AirLayer, Camera, Film, Ground, Light, Population, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
 };
 use terrane::sky::{air, preetham, sun};
 
@@ -54,6 +54,7 @@ fn sandbox(gpu: &Gpu, grid: Grid, height: impl Fn(f32, f32) -> f32) -> Scene {
             // Far below what any sample resolves.
             patch_size: 1e-4,
         },
+        population: Population::default(),
         camera: Camera { view: straight_down(1000.0), fov: 0.2 },
     }
 }

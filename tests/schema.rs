@@ -185,7 +185,8 @@ fn keys() -> Vec<(String, schema::Key)> {
                     collect(&path, &key.shape, keys);
                 }
             }
-            Shape::OrNone(shape) => collect(path, shape, keys),
+            Shape::OrWord(shape, _) => collect(path, shape, keys),
+            Shape::Named { element, .. } => collect(&format!("{path}.x"), element, keys),
             Shape::List { element, .. } => collect(&format!("{path}.0"), element, keys),
             Shape::OneOf(alternatives) => {
                 for alternative in alternatives {

@@ -7,7 +7,7 @@ use committed::{BLESS, check_committed};
 use std::fs;
 use std::path::{Path, PathBuf};
 use terrane::formats;
-use terrane::scene::{Sky, ToneMap, View};
+use terrane::scene::{Sky, ToneMap, View, Viewpoint};
 use terrane::terrain::layers::{Combine, Generator, Layer};
 use terrane::terrain::{Boundary, hydraulic};
 use terrane::world::{self, Error, Overrides, World};
@@ -113,7 +113,7 @@ fn the_shortest_world_is_an_island_with_everything() {
     assert!(world.plan.hydraulic.is_some() && world.plan.thermal.is_some() && world.plan.reef.is_some());
     assert!(matches!(world.light.sky, Sky::Preetham(_)));
     assert!(world.light.sun.is_some_and(|sun| sun.direction.y > 0.5), "{:?}", world.light.sun);
-    assert!(matches!(world.camera.view, View::FrameIsland { .. }));
+    assert!(matches!(world.viewpoint, Viewpoint::Fixed(View::FrameIsland { .. })));
     assert_eq!(world.film.tone_map, ToneMap::Filmic);
     assert_eq!([world.film.width, world.film.height], [1280, 720]);
     let [Layer::Generate { generator: Generator::Cone { height, .. }, .. }, noise] = &world.plan.layers[..]
@@ -133,7 +133,7 @@ fn the_defaults_may_be_written_out() {
             let path = format!("{path}{}", key.name);
             match &key.shape {
                 Shape::Table(inner) => write_out(inner, &format!("{path}."), set),
-                Shape::OrNone(shape) => match &**shape {
+                Shape::OrWord(shape, _) => match &**shape {
                     Shape::Table(inner) => write_out(inner, &format!("{path}."), set),
                     _ => set.push(format!("{path}={}", key.default)),
                 },
@@ -154,7 +154,7 @@ fn the_defaults_may_be_written_out() {
     assert_eq!(written.light, default.light);
     assert_eq!(written.sea, default.sea);
     assert_eq!(written.surface, default.surface);
-    assert_eq!(written.camera, default.camera);
+    assert_eq!((written.viewpoint, written.fov), (default.viewpoint, default.fov));
     assert_eq!(written.film, default.film);
 }
 
@@ -171,7 +171,8 @@ fn ranges_hold_each_other() {
                 assert!(default.is_none_or(|default| (low..=high).contains(&default)), "{path}");
             }
             Shape::Array(elements) => elements.iter().for_each(|element| check(element, None, path, checked)),
-            Shape::OrNone(shape) => check(shape, None, path, checked),
+            Shape::OrWord(shape, _) => check(shape, None, path, checked),
+            Shape::Named { element, .. } => check(element, None, path, checked),
             Shape::List { element, .. } => check(element, None, path, checked),
             Shape::Table(table) => table.keys.iter().for_each(|key| {
                 check(&key.shape, key.default.parse().ok(), &format!("{path}.{}", key.name), checked);
@@ -213,7 +214,7 @@ fn units_become_the_programs_own() {
     assert!(sun.direction.distance(glam::Vec3::X) < 1e-6, "{}", sun.direction); // east is +X
     assert_eq!(sun.irradiance, [1.0, 2.0, 3.0]);
     assert!((sun.diameter - 0.53_f32.to_radians()).abs() < 1e-8);
-    assert_eq!(world.camera.fov, std::f32::consts::FRAC_PI_2);
+    assert_eq!(world.fov, std::f32::consts::FRAC_PI_2);
 }
 
 #[test]

@@ -72,4 +72,9 @@ vec3 camera_ray(vec2 at) {
     return normalize(frame.forward + screen.x * frame.right - screen.y * frame.up);
 }
 
+// How far away the sea is along `view`, metres; 0 where it isn't.
+float range_of_sea(vec3 view) {
+    return view.y < 0.0 && frame.eye.y > frame.sea_level ? (frame.sea_level - frame.eye.y) / view.y : 0.0;
+}
+
 #endif

@@ -180,9 +180,12 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (any(greaterThanEqual(at, imageSize(range)))) return;
     vec3 view = camera_ray(vec2(push.origin + at) + 0.5);
-    float ground_range = imageLoad(range, at).x;
-    float sea_range = view.y < 0.0 && frame.eye.y > frame.sea_level ? (frame.sea_level - frame.eye.y) / view.y : 0.0;
+    // Negative is the range of what stands on the ground.
+    float first_range = imageLoad(range, at).x;
+    float ground_range = abs(first_range);
+    float sea_range = range_of_sea(view);
     bool sea = sea_range > 0.0 && (ground_range == 0.0 || sea_range < ground_range);
+    if (!sea && first_range < 0.0) return;
     float path = sea ? sea_range : ground_range;
     if (path == 0.0) {
         imageStore(radiance, at, vec4(with_clouds(sky_radiance(view) + sun_disc_radiance(view), view, 1e9), 1.0));

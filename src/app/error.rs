@@ -1,5 +1,6 @@
 //! Everything that ends a run, and what the process exits with.
 
+use crate::plants::{planting, species};
 use crate::{bench, formats, gpu, terrain, world};
 
 #[derive(Debug, thiserror::Error)]
@@ -17,6 +18,11 @@ pub enum Error {
         terrain::FARTHEST_GROUND
     )]
     Ground { lowest: f32, highest: f32 },
+    /// A species' rules make no plant.
+    #[error("`species.{species}` can't grow: {source}")]
+    Grow { species: String, source: species::Error },
+    #[error(transparent)]
+    Planting(#[from] planting::Error),
     /// More memory than was allowed.
     #[error("{0}")]
     Memory(String),
@@ -65,7 +71,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => 2,
-            Error::Missing(_) | Error::Ground { .. } => 3,
+            Error::Missing(_) | Error::Ground { .. } | Error::Grow { .. } | Error::Planting(_) => 3,
             Error::Memory(_) => 6,
             Error::World(error) => error.exit_code(),
             Error::Gpu(error) => match error {

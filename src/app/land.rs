@@ -3,9 +3,10 @@
 use super::cli::options::{DeviceOptions, WorldOptions};
 use super::keep::{self, Keeper};
 use super::{Error, Session, interrupt};
-use crate::gpu::{self, Gpu};
-use crate::scene::{Ground, Scene};
-use crate::terrain::{FARTHEST_GROUND, Simulation, Stage};
+use crate::gpu::{self, Gpu, Recorder};
+use crate::plants::planting;
+use crate::scene::{Camera, Ground, Population, Scene, Viewpoint};
+use crate::terrain::{FARTHEST_GROUND, Layer, Simulation, Stage};
 use crate::world::{self, Overrides, World};
 use std::time::Duration;
 
@@ -74,7 +75,24 @@ fn check_ground(simulation: &Simulation) -> Result<(), Error> {
     Ok(())
 }
 
+/// The camera, now that there is land to stand on.
+pub fn camera(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Camera, Error> {
+    let view = match world.viewpoint {
+        Viewpoint::Fixed(view) => view,
+        Viewpoint::Stand(stand) => {
+            let mut rec = Recorder::new(gpu);
+            let heights = rec.download(&simulation.layer(Layer::Height)?);
+            let heights = heights.take(&rec.submit()?.wait()?);
+            let sea_level = simulation.sea_level();
+            let land = planting::Ground::new(simulation.plan().grid, sea_level, heights);
+            // Nobody stands under water.
+            stand.view(land.grid, &land.height, |at| land.height_at(at).max(sea_level))
+        }
+    };
+    Ok(Camera { view, fov: world.fov })
+}
+
 /// The scene of a world on its finished land.
-pub fn scene(world: &World, ground: Ground) -> Scene {
-    Scene { ground, light: world.light, sea: world.sea, surface: world.surface.clone(), camera: world.camera }
+pub fn scene(world: &World, ground: Ground, camera: Camera, population: Population) -> Scene {
+    Scene { ground, light: world.light, sea: world.sea, surface: world.surface.clone(), population, camera }
 }

@@ -6,6 +6,7 @@ mod interrupt;
 mod keep;
 mod land;
 mod memory;
+mod population;
 mod progress;
 mod report;
 

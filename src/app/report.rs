@@ -43,6 +43,7 @@ pub enum Details {
     Plan(serde_json::Value),
     Devices(serde_json::Value),
     Cache(serde_json::Value),
+    Plant(serde_json::Value),
     /// `rows` and what they were measured on.
     #[serde(untagged)]
     Bench(Bench),

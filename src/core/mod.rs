@@ -4,6 +4,7 @@ pub mod camera;
 pub mod color;
 pub mod grid;
 pub mod hash;
+pub mod map;
 pub mod memory;
 pub mod mesh;
 pub mod resample;

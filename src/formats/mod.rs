@@ -4,6 +4,7 @@
 pub mod exr;
 pub mod file;
 pub mod gltf;
+pub mod model;
 pub mod obj;
 pub mod ply;
 pub mod png;
@@ -16,7 +17,7 @@ mod window;
 pub use window::{FirstRow, Window};
 
 use raw::ByteOrder;
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 /// Longest side of an image that is read, in samples.
@@ -52,6 +53,12 @@ pub enum Error {
 
     #[error("{} can't be used as a map: {reason}", path.display())]
     Unsuitable { path: PathBuf, reason: String },
+
+    #[error("{} can't be used as a model: {reason}", path.display())]
+    NoModel { path: PathBuf, reason: String },
+
+    #[error("{} can't be read: {reason}", path.display())]
+    LargeModel { path: PathBuf, reason: String },
 
     #[error(
         "{} is {width} × {height}; at most {MAX_SIDE} samples a side and {} in all can be read: scale it down first",
@@ -209,6 +216,18 @@ fn open(path: &Path) -> Result<(std::fs::File, u64), Error> {
     let file = std::fs::File::open(path).map_err(failed)?;
     let length = file.metadata().map_err(failed)?.len();
     Ok((file, length))
+}
+
+/// Reads a whole file. Of one that is longer than `most` bytes come `most + 1`, which is enough to refuse it.
+///
+/// # Errors
+/// When it can't be read, or is no regular file.
+pub fn read_bytes(path: &Path, most: usize) -> Result<Vec<u8>, Error> {
+    let (file, _) = open(path)?;
+    let mut bytes = Vec::new();
+    let read = file.take(most as u64 + 1).read_to_end(&mut bytes);
+    read.map_err(|source| Error::Read { path: path.into(), source })?;
+    Ok(bytes)
 }
 
 /// Refuses an image whose header asks for more than may be read, or for more than the file can hold: a forged header

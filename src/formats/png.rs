@@ -2,7 +2,8 @@
 
 use super::file::{self, Written};
 use super::{Error, Window, check_size, collect, open, share};
-use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Limits, SrgbRenderingIntent};
+use crate::core::color::linear_from_srgb;
+use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Limits, SrgbRenderingIntent, Transformations};
 use std::io::{self, BufReader, Write};
 use std::path::Path;
 
@@ -127,4 +128,34 @@ pub fn read_grey(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
         }
     }
     Ok((width, height, values))
+}
+
+/// The mean colour of a PNG in sRGB, linear Rec.709, each pixel as much as it covers; `None` if it can't be read, or has more
+/// pixels than are left in `most`, which are counted.
+pub fn mean_color(bytes: &[u8], most: &mut u64) -> Option<[f32; 3]> {
+    let mut decoder = Decoder::new_with_limits(io::Cursor::new(bytes), Limits { bytes: 1 << 20 });
+    decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
+    let info = decoder.read_header_info().ok()?;
+    let (width, height) = (info.width, info.height);
+    *most = most.checked_sub(u64::from(width) * u64::from(height))?;
+    decoder.set_limits(Limits { bytes: (1 << 20) + 32 * width as usize });
+    let mut reader = decoder.read_info().ok()?;
+    let channels = reader.output_color_type().0.samples();
+    let linear: [f64; 256] = std::array::from_fn(|byte| f64::from(linear_from_srgb(byte as f32 / 255.0)));
+    let (mut sum, mut covered) = ([0.0; 3], 0.0);
+    while let Some(row) = reader.next_row().ok()? {
+        for pixel in row.data().chunks_exact(channels) {
+            let (color, alpha) = match *pixel {
+                [grey] => ([grey; 3], 255),
+                [grey, alpha] => ([grey; 3], alpha),
+                [red, green, blue] => ([red, green, blue], 255),
+                [red, green, blue, alpha, ..] => ([red, green, blue], alpha),
+                [] => continue,
+            };
+            let cover = f64::from(alpha) / 255.0;
+            sum = std::array::from_fn(|channel| sum[channel] + cover * linear[usize::from(color[channel])]);
+            covered += cover;
+        }
+    }
+    (covered > 0.0).then(|| sum.map(|sum| (sum / covered) as f32))
 }

@@ -40,6 +40,7 @@ impl<T: Pod> Buffer<T> {
         }
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
+            | vk::BufferUsageFlags::INDEX_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let raw = Arc::new(Raw::new(gpu, name, bytes, usage, Location::Device)?);

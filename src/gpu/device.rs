@@ -421,6 +421,8 @@ fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> 
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
     let features = vk::PhysicalDeviceFeatures::default()
+        // Every device has it. An index beyond a buffer's end then reads zero, or what else the buffer holds.
+        .robust_buffer_access(true)
         .tessellation_shader(true)
         .shader_storage_image_extended_formats(true);
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);

@@ -45,6 +45,8 @@ color_formats! {
     Rgba8 = R8G8B8A8_UNORM: [u8; 4],
     /// `r32ui`
     R32ui = R32_UINT: u32,
+    /// `rgba32ui`
+    Rgba32ui = R32G32B32A32_UINT: [u32; 4],
 }
 
 /// 32-bit float depth. Reversed: 1 is the near plane, 0 is infinitely far.

@@ -34,7 +34,7 @@ pub use self::{
         Access, Bind, Bindable, BindingLayout, Blend, Compute, ComputeInterface, Cull, Depth, Descriptor,
         Interface, Raster, RasterInterface, RasterState, ResourceKind, Specialize, StageKind, Topology,
     },
-    recorder::{Draw, Draws, Load, Recorder, Targets},
+    recorder::{Draw, Draws, IndexedDraw, Load, Recorder, Targets},
     submission::{Download, Finished, Submission, Timing},
     transfer::Transfer,
 };

@@ -1,6 +1,7 @@
 //! Recording passes: dispatches, draws and copies, in order, each waiting for those before it.
 
 use super::{
+    buffer::Buffer,
     device::Gpu,
     error::{Error, Result, vk_error},
     format::D32f,
@@ -16,6 +17,7 @@ use ash::vk;
 use std::{
     collections::HashMap,
     ffi::CString,
+    ops::Range,
     sync::{
         Arc,
         atomic::{AtomicU64, Ordering},
@@ -69,6 +71,17 @@ pub enum Load {
 pub struct Draw {
     pub vertices: u32,
     pub instances: u32,
+}
+
+/// Part of an index buffer, drawn several times.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct IndexedDraw {
+    /// Of the index buffer.
+    pub indices: Range<u32>,
+    /// Added to every index: `gl_VertexIndex` is their sum.
+    pub first_vertex: u32,
+    /// Values of `gl_InstanceIndex`.
+    pub instances: Range<u32>,
 }
 
 /// Records the draws of one render pass.
@@ -397,24 +410,67 @@ impl Draws<'_> {
         push: S::Push,
         bindings: S::Bindings<'_>,
     ) {
+        let Some(rec) = self.bind(pipeline, &push, &bindings) else { return };
+        // SAFETY: pipeline, set and push constants of this program are bound, inside rendering.
+        unsafe { rec.device().cmd_draw(rec.command, draw.vertices, draw.instances, 0, 0) };
+    }
+
+    /// Draws the vertices that `indices` names.
+    pub fn draw_indexed<S: RasterInterface>(
+        &mut self,
+        pipeline: &Raster<S>,
+        indices: &Buffer<u32>,
+        draw: &IndexedDraw,
+        push: S::Push,
+        bindings: S::Bindings<'_>,
+    ) {
+        let Some(rec) = self.bind(pipeline, &push, &bindings) else { return };
+        if draw.indices.end as usize > indices.len() {
+            let error = format!("indices {:?} of {}", draw.indices, indices.len());
+            rec.error = Some(Error::Unsupported(error));
+            return;
+        }
+        let raw = indices.raw();
+        // SAFETY: pipeline, set and push constants of this program are bound, inside rendering; the range lies in the
+        // index buffer, which the recorder holds. The device checks what indices make a shader read.
+        unsafe {
+            rec.device().cmd_bind_index_buffer(rec.command, raw.buffer, 0, vk::IndexType::UINT32);
+            rec.device().cmd_draw_indexed(
+                rec.command,
+                draw.indices.len() as u32,
+                draw.instances.len() as u32,
+                draw.indices.start,
+                draw.first_vertex.cast_signed(),
+                draw.instances.start,
+            );
+        }
+        rec.hold(raw.clone());
+    }
+
+    /// Binds what a draw needs; `None` if the recording has failed.
+    fn bind<S: RasterInterface>(
+        &mut self,
+        pipeline: &Raster<S>,
+        push: &S::Push,
+        bindings: &S::Bindings<'_>,
+    ) -> Option<&mut Recorder> {
         let Draws { rec, targets } = self;
         if rec.error.is_some() {
-            return;
+            return None;
         }
         let raw = pipeline.raw().clone();
         if raw.targets != *targets {
             let error = format!("{} draws into {:?}, not {targets:?}", S::NAME, raw.targets);
             rec.error = Some(Error::Unsupported(error));
-            return;
+            return None;
         }
-        if let Err(error) = rec.bind::<S>(vk::PipelineBindPoint::GRAPHICS, &raw, &push, &bindings) {
+        if let Err(error) = rec.bind::<S>(vk::PipelineBindPoint::GRAPHICS, &raw, push, bindings) {
             rec.error.get_or_insert(error);
-            return;
+            return None;
         }
         rec.last_pass = S::NAME;
-        // SAFETY: pipeline, set and push constants of this program are bound, inside rendering.
-        unsafe { rec.device().cmd_draw(rec.command, draw.vertices, draw.instances, 0, 0) };
         rec.hold(raw);
+        Some(rec)
     }
 }
 

@@ -8,6 +8,9 @@ use crate::shaders::{Frame, Patch};
 
 /// What a picture's passes share.
 pub(super) struct Prepared {
+    pub camera: Pinhole,
+    /// Radians between neighbouring samples at the picture's centre.
+    pub sample_angle: f32,
     pub frame: Buffer<Frame>,
     pub patches: Buffer<Patch>,
     pub patches_per_side: u32,

@@ -12,6 +12,8 @@ mod maps;
 pub mod memory;
 mod patches;
 mod picture;
+mod population;
+mod tile;
 
 use crate::gpu::{
     self, Blend, Compute, Cull, Depth, Draw, Gpu, Image, Load, Raster, RasterState, Recorder, Targets,
@@ -19,13 +21,15 @@ use crate::gpu::{
     format::{D32f, Format, R32f, Rgba32f},
 };
 use crate::scene::{Film, Scene};
-use crate::shaders::raster::{resolve, shade, terrain};
+use crate::shaders::raster::{foliage, resolve, shade, terrain};
 
 pub use exposure::Exposure;
 pub use maps::Maps;
 pub use picture::Picture;
 
 use frame::Prepared;
+use population::Crowd;
+use tile::Tile;
 
 /// Draws scenes. Making one compiles its programs; it can then draw any number of pictures.
 pub struct Renderer {
@@ -33,7 +37,9 @@ pub struct Renderer {
     patches: patches::Pass,
     exposure: exposure::Passes,
     maps: maps::Pass,
+    population: population::Passes,
     terrain: Raster<terrain::Shader>,
+    foliage: Compute<foliage::Shader>,
     shade: Compute<shade::Shader>,
     resolve: Compute<resolve::Shader>,
 }
@@ -69,7 +75,9 @@ impl Renderer {
             patches: patches::Pass::new(gpu)?,
             exposure: exposure::Passes::new(gpu)?,
             maps: maps::Pass::new(gpu)?,
+            population: population::Passes::new(gpu)?,
             terrain: Raster::new(gpu, (), &state)?,
+            foliage: Compute::new(gpu, ())?,
             shade: Compute::new(gpu, ())?,
             resolve: Compute::new(gpu, ())?,
         })
@@ -82,9 +90,10 @@ impl Renderer {
     pub fn begin<'a>(&'a self, scene: &'a Scene, film: &Film, quality: Quality) -> gpu::Result<Drawing<'a>> {
         let prepared = self.patches.prepare(&self.gpu, scene, film, quality)?;
         let exposure = self.exposure.measure(&self.gpu, scene, &prepared)?;
+        let crowd = self.population.prepare(&self.gpu, scene, &prepared)?;
         let tiles = Tile::cut(film, quality);
         let picture = Picture::new(film.width, film.height);
-        Ok(Drawing { renderer: self, scene, film: *film, prepared, exposure, tiles, done: 0, picture })
+        Ok(Drawing { renderer: self, scene, film: *film, prepared, exposure, crowd, tiles, done: 0, picture })
     }
 
     /// The whole picture at once.
@@ -105,7 +114,7 @@ impl Renderer {
     pub fn ground_range(&self, scene: &Scene, film: &Film, quality: Quality) -> gpu::Result<Vec<f32>> {
         let prepared = self.patches.prepare(&self.gpu, scene, film, quality)?;
         let tile = Tile { origin: [0, 0], size: [film.width, film.height], samples: quality.samples };
-        let range = self.range(&prepared, scene, film, tile)?;
+        let (range, _) = self.range(&prepared, scene, film, tile)?;
         let mut rec = Recorder::new(&self.gpu);
         let download = rec.download(&range);
         let finished = rec.submit()?.wait()?;
@@ -123,7 +132,14 @@ impl Renderer {
         self.maps.draw(&self.gpu, scene, &prepared, &exposure)
     }
 
-    fn range(&self, prepared: &Prepared, scene: &Scene, film: &Film, tile: Tile) -> gpu::Result<Image<R32f>> {
+    /// Draws the ground: how far away it is, and the depth that goes with it.
+    fn range(
+        &self,
+        prepared: &Prepared,
+        scene: &Scene,
+        film: &Film,
+        tile: Tile,
+    ) -> gpu::Result<(Image<R32f>, Image<D32f>)> {
         let size = tile.sample_size();
         let range = Image::new(&self.gpu, "range", size)?;
         let depth = Image::<D32f>::new(&self.gpu, "depth", size)?;
@@ -144,32 +160,47 @@ impl Renderer {
             );
         });
         rec.submit()?.wait()?;
-        Ok(range)
+        Ok((range, depth))
     }
 
-    fn shade(
-        &self,
-        prepared: &Prepared,
-        scene: &Scene,
-        exposure: &Exposure,
-        film: &Film,
-        tile: Tile,
-        range: &Image<R32f>,
-    ) -> gpu::Result<Vec<[f32; 4]>> {
+    /// The pixels of a tile, row by row.
+    fn draw(&self, drawing: &Drawing, tile: Tile) -> gpu::Result<Vec<[f32; 4]>> {
+        let Drawing { scene, film, prepared, exposure, crowd, .. } = drawing;
+        let (range, depth) = self.range(prepared, scene, film, tile)?;
         let radiance = Image::<Rgba32f>::new(&self.gpu, "radiance", tile.sample_size())?;
+        let origin = tile.origin.map(|at| (at * tile.samples) as i32);
+        let coarse_cells = exposure.openness.size()[0] as i32;
+        if let Some(crowd) = crowd {
+            let view = (*scene, prepared, film, tile);
+            let plant = self.population.draw(&self.gpu, crowd, view, &range, &depth)?;
+            let mut rec = Recorder::new(&self.gpu);
+            rec.dispatch(
+                &self.foliage,
+                tile.sample_size(),
+                foliage::Push { origin, coarse_cells },
+                foliage::Bindings {
+                    frame: &prepared.frame,
+                    range: &range,
+                    plant: &plant,
+                    radiance: &radiance,
+                    materials: crowd.materials(),
+                    openness: &exposure.openness,
+                    shadow: &exposure.shadow,
+                    glow: &exposure.glow,
+                },
+            );
+            rec.submit()?.wait()?;
+        }
         let pixels = Image::<Rgba32f>::new(&self.gpu, "pixels", tile.size)?;
         let ground = &scene.ground;
         let mut rec = Recorder::new(&self.gpu);
         rec.dispatch(
             &self.shade,
             tile.sample_size(),
-            shade::Push {
-                origin: tile.origin.map(|at| (at * tile.samples) as i32),
-                coarse_cells: exposure.openness.size()[0] as i32,
-            },
+            shade::Push { origin, coarse_cells },
             shade::Bindings {
                 frame: &prepared.frame,
-                range,
+                range: &range,
                 radiance: &radiance,
                 height: &ground.height,
                 water: &ground.water,
@@ -200,6 +231,7 @@ pub struct Drawing<'a> {
     film: Film,
     prepared: Prepared,
     exposure: Exposure,
+    crowd: Option<Crowd>,
     tiles: Vec<Tile>,
     done: usize,
     picture: Picture,
@@ -212,9 +244,7 @@ impl Drawing<'_> {
     /// As [`Renderer::begin`].
     pub fn step(&mut self) -> gpu::Result<bool> {
         let Some(&tile) = self.tiles.get(self.done) else { return Ok(false) };
-        let Drawing { renderer, scene, film, prepared, exposure, .. } = self;
-        let range = renderer.range(prepared, scene, film, tile)?;
-        let pixels = renderer.shade(prepared, scene, exposure, film, tile, &range)?;
+        let pixels = self.renderer.draw(self, tile)?;
         self.picture.place(tile.origin, tile.size[0], &pixels);
         self.done += 1;
         Ok(true)
@@ -228,47 +258,5 @@ impl Drawing<'_> {
     /// What is drawn so far; the rest is black.
     pub fn into_picture(self) -> Picture {
         self.picture
-    }
-}
-
-/// A part of the picture.
-#[derive(Clone, Copy)]
-struct Tile {
-    /// Left and top, pixels.
-    origin: [u32; 2],
-    /// Pixels.
-    size: [u32; 2],
-    /// Side of the square of samples in a pixel.
-    samples: u32,
-}
-
-impl Tile {
-    /// The tiles of a picture, row by row.
-    fn cut(film: &Film, quality: Quality) -> Vec<Tile> {
-        let starts = |whole: u32| (0..whole).step_by(quality.tile as usize);
-        starts(film.height)
-            .flat_map(|top| starts(film.width).map(move |left| [left, top]))
-            .map(|origin| {
-                let [left, top] = origin;
-                let size = [quality.tile.min(film.width - left), quality.tile.min(film.height - top)];
-                Tile { origin, size, samples: quality.samples }
-            })
-            .collect()
-    }
-
-    fn sample_size(self) -> [u32; 2] {
-        self.size.map(|side| side * self.samples)
-    }
-
-    /// Scale and offset from the whole picture's clip coordinates to the tile's.
-    fn clip(self, film: &Film) -> [[f32; 2]; 2] {
-        let axis = |origin: u32, size: u32, whole: u32| {
-            let (origin, size, whole) = (f64::from(origin), f64::from(size), f64::from(whole));
-            (whole / size, (whole - 2.0 * origin - size) / size)
-        };
-        let (scale_x, offset_x) = axis(self.origin[0], self.size[0], film.width);
-        // Clip coordinates point up, rows count down.
-        let (scale_y, offset_y) = axis(self.origin[1], self.size[1], film.height);
-        [[scale_x as f32, scale_y as f32], [offset_x as f32, -offset_y as f32]]
     }
 }

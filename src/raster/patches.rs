@@ -37,11 +37,12 @@ impl Pass {
         let camera = camera(scene, film, &bounds, side);
         let top = bounds.iter().map(|patch| patch.greatest).fold(f32::NEG_INFINITY, f32::max);
         let values = frame::values(scene, film, quality, &camera, side, top);
+        let sample_angle = values.sample_angle;
         let frame = Buffer::new(gpu, "frame", 1)?;
         let mut rec = Recorder::new(gpu);
         rec.upload(&frame, &[values]);
         rec.submit()?.wait()?;
-        Ok(Prepared { frame, patches, patches_per_side: side })
+        Ok(Prepared { camera, sample_angle, frame, patches, patches_per_side: side })
     }
 }
 

@@ -1,13 +1,19 @@
 //! What makers hand to renderers: plain values in metres, radians and cd/m².
 
+mod material;
+mod model;
 mod perez;
+mod stand;
 
 use glam::Vec3;
 
 use crate::core::grid::Grid;
 use crate::gpu::{Image, format::R32f};
 
+pub use material::Material;
+pub use model::{Instance, Level, Model, Part, Population};
 pub use perez::Perez;
+pub use stand::{Place, Stand, Viewpoint};
 
 /// All that a renderer needs to know of a world.
 #[derive(Clone, Debug)]
@@ -16,6 +22,7 @@ pub struct Scene {
     pub light: Light,
     pub sea: Sea,
     pub surface: Surface,
+    pub population: Population,
     pub camera: Camera,
 }
 

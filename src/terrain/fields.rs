@@ -1,6 +1,6 @@
 //! The state of the land: one texel a sample of the grid, on the GPU from beginning to end.
 
-use super::{Plan, hydraulic::Slope};
+use super::{Plan, hydraulic::Slope, image_of};
 use crate::{
     core::grid::Grid,
     gpu::{
@@ -81,7 +81,7 @@ impl Fields {
         rec.upload(&self.controls, &vec![[1.0; 4]; self.grid.samples()]);
         for (channel, map) in plan.controls.channels().into_iter().enumerate() {
             let Some(map) = map else { continue };
-            let raster = map.image(gpu)?;
+            let raster = image_of(map, gpu)?;
             rec.upload(&raster, &map.values);
             rec.dispatch(
                 &pass,

@@ -1,6 +1,6 @@
 //! Base terrain: a list of layers, each combined with what the ones before it made.
 
-use super::{Fields, Map, Plan, Process};
+use super::{Fields, Map, Plan, Process, image_of};
 use crate::{
     core::grid::Grid,
     gpu::{self, Compute, Gpu, Image, Recorder, format::R32f},
@@ -152,7 +152,7 @@ impl Pass {
                 Pass::raster(gpu, combine, reference, Source::DiamondSquare(source))?
             }
             Generator::Heightmap { map } => {
-                let source = Source::Map(map.clone(), map.image(gpu)?);
+                let source = Source::Map(map.clone(), image_of(&map, gpu)?);
                 Pass::raster(gpu, combine, reference, source)?
             }
         })

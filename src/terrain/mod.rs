@@ -16,13 +16,13 @@ pub use self::{
     simulation::{Layer, Progress, Simulation, processes},
     state::{Part, Position},
 };
+pub use crate::core::map::Map;
 
 use crate::{
     core::grid::Grid,
     gpu::{self, DeviceKind, Gpu, Image, Recorder, format::R32f},
 };
-use serde::{Serialize, Serializer};
-use sha2::{Digest, Sha256};
+use serde::Serialize;
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -65,16 +65,6 @@ pub struct Controls {
     pub erodibility: Option<Arc<Map>>,
     /// Multiplies every change of the ground: "erode here only".
     pub mask: Option<Arc<Map>>,
-}
-
-/// A raster from a file: row-major, row 0 north, stretched over the whole extent and sampled bicubically (heights)
-/// or bilinearly (controls).
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Map {
-    pub width: u32,
-    pub height: u32,
-    #[serde(serialize_with = "digest")]
-    pub values: Vec<f32>,
 }
 
 /// One process of a stage. It works in iterations and these in passes, between which a run may be cut.
@@ -146,19 +136,7 @@ impl Controls {
     }
 }
 
-impl Map {
-    /// Memory of the host that it takes.
-    pub fn bytes(&self) -> u64 {
-        4 * self.values.len() as u64
-    }
-
-    /// An empty image that the values fit in.
-    fn image(&self, gpu: &Gpu) -> gpu::Result<Image<R32f>> {
-        Image::new(gpu, "raster", [self.width, self.height])
-    }
-}
-
-/// Stands for millions of values by their SHA-256.
-fn digest<S: Serializer>(values: &[f32], out: S) -> Result<S::Ok, S::Error> {
-    Sha256::digest(bytemuck::cast_slice(values)).serialize(out)
+/// An empty image that the values of a map fit in.
+fn image_of(map: &Map, gpu: &Gpu) -> gpu::Result<Image<R32f>> {
+    Image::new(gpu, "raster", [map.width, map.height])
 }

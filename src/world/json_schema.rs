@@ -10,12 +10,23 @@ type Object = Map<String, Value>;
 /// The schema (JSON Schema, draft 2020-12) of a world file as JSON. Beside the standard's keywords, a number has its
 /// unit in `x-unit` and the range that gives good worlds in `x-usual`.
 pub fn json_schema() -> Value {
+    let example = json!({ "format": 1, "seed": 2, "terrain": { "cells": 256 } });
+    document("World of terrane", &super::shape(), example)
+}
+
+/// The schema of a species file, in the same way.
+pub fn json_schema_of_species() -> Value {
+    let example = json!({ "format": 1, "grammar": "axiom F\nF -> F[+F]F[-F]F\n", "steps": 4, "angle": 25.7 });
+    document("Species of terrane", &super::species::shape(), example)
+}
+
+fn document(title: &str, shape: &Table, example: Value) -> Value {
     let mut schema = object(json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "World of terrane",
+        "title": title,
     }));
-    schema.extend(table(&super::shape()));
-    schema.insert("examples".into(), json!([{ "format": 1, "seed": 2, "terrain": { "cells": 256 } }]));
+    schema.extend(table(shape));
+    schema.insert("examples".into(), json!([example]));
     schema.into()
 }
 
@@ -102,7 +113,13 @@ fn shape(of: &Shape) -> Object {
         Shape::List { element, len: [least, most] } => array(Some(element), *least..=*most),
         Shape::Table(inner) => table(inner).into(),
         Shape::OneOf(alternatives) => one_of(alternatives).into(),
-        Shape::OrNone(inner) => or_words(shape(inner), vec![word("none", "Nothing.")]).into(),
+        Shape::Text(_) => json!({ "type": "string" }),
+        Shape::OrWord(inner, [name, about]) => or_words(shape(inner), vec![word(name, about)]).into(),
+        Shape::Named { names, element } => json!({
+            "type": "object",
+            "propertyNames": { "pattern": names.pattern() },
+            "additionalProperties": shape(element),
+        }),
     })
 }
 

@@ -4,14 +4,15 @@
 use super::fault::Complaint;
 use super::kinds::*;
 use super::place::{Place, noun};
-use super::schema::{Kind, Preset, REQUIRED, Shape, Unit, section};
+use super::schema::{Kind, Names, Preset, REQUIRED, Shape, Unit, section};
+use super::{planting, species};
 use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
 use crate::terrain::{Boundary, hydraulic, reef, thermal};
 
-const NONE: Unit = Unit { symbol: "", factor: 1.0 };
-const M: Unit = Unit { symbol: "m", factor: 1.0 };
-const PER_M: Unit = Unit { symbol: "m⁻¹", factor: 1.0 };
+pub const NONE: Unit = Unit { symbol: "", factor: 1.0 };
+pub const M: Unit = Unit { symbol: "m", factor: 1.0 };
+pub const PER_M: Unit = Unit { symbol: "m⁻¹", factor: 1.0 };
 const S: Unit = Unit { symbol: "s", factor: 1.0 };
 const PER_S: Unit = Unit { symbol: "s⁻¹", factor: 1.0 };
 const M_PER_S: Unit = Unit { symbol: "m/s", factor: 1.0 };
@@ -21,7 +22,7 @@ const MM_PER_H: Unit = Unit { symbol: "mm/h", factor: 1e-3 / 3600.0 };
 const YEARS: Unit = Unit { symbol: "yr", factor: 1.0 };
 const M_PER_YEAR: Unit = Unit { symbol: "m/yr", factor: 1.0 };
 const M2_PER_YEAR: Unit = Unit { symbol: "m²/yr", factor: 1.0 };
-const DEGREES: Unit = Unit { symbol: "degrees", factor: std::f64::consts::PI / 180.0 };
+pub const DEGREES: Unit = Unit { symbol: "degrees", factor: std::f64::consts::PI / 180.0 };
 const HOURS: Unit = Unit { symbol: "h", factor: 1.0 };
 const LUX: Unit = Unit { symbol: "lx", factor: 1.0 };
 const CD_PER_M2: Unit = Unit { symbol: "cd/m²", factor: 1.0 };
@@ -62,6 +63,10 @@ section! {
             tag("direct", Sun::Direct),
             word("none", "No sun.", Sun::None),
         ]),
+        /// Kinds of plants, by names of your own.
+        species: Vec<(String, species::Entry)> = named(Names::Words, species::EntryKind, "{}"),
+        /// Where plants stand: rules, from the largest plants to the smallest.
+        plants: Vec<planting::Rule> = list(planting::rule(), 0..=64, "[]"),
         /// Where the picture is seen from.
         camera: Camera = table::<Camera>(),
         /// The picture itself.
@@ -70,7 +75,7 @@ section! {
 }
 
 /// The version of the format: `1`, always written.
-struct Format;
+pub struct Format;
 
 impl Kind for Format {
     type Value = ();
@@ -105,7 +110,7 @@ section! {
         /// Samples along one side.
         cells: u32 = whole(512, 64..=8192),
         /// Length of one side.
-        extent: f32 = number(8000.0, M, 100.0..=1e6),
+        extent: f32 = number(8000.0, M, 1.0..=1e6),
         /// What the land is made of, from the first layer to the last; each is combined with what the ones before
         /// it made. A layer's randomness comes from the world's seed and its place in the list: give it a `seed` of
         /// its own to keep its pattern when layers are inserted before it.
@@ -593,7 +598,11 @@ section! {
     /// Where the picture is seen from.
     struct Camera {
         /// Where the camera stands and looks.
-        view: View = one_of([tag("frame_island", View::FrameIsland), tag("look_at", View::LookAt)]),
+        view: View = one_of([
+            tag("frame_island", View::FrameIsland),
+            tag("look_at", View::LookAt),
+            tag("stand", View::Stand),
+        ]),
         /// Vertical field of view.
         fov: f32 = number(38.0, DEGREES, 1.0..=170.0),
     }
@@ -603,6 +612,7 @@ section! {
 pub enum View {
     FrameIsland(FrameIsland),
     LookAt(LookAt),
+    Stand(Stand),
 }
 
 section! {
@@ -626,6 +636,28 @@ section! {
         target: [f32; 3] = numbers([0.0, 300.0, 0.0], M, -1e7..=1e7),
     }
 }
+
+section! {
+    /// Stands on the ground and looks ahead: uphill where the ground rises, downhill where it falls (Rudzki 2020, section
+    /// 3.4).
+    struct Stand {
+        /// Where the camera stands: metres east and south of the middle of the terrain.
+        at: Option<[f32; 2]> = optional(numbers([0.0, 0.0], M, -1e6..=1e6), "chosen by height"),
+        /// Without `at`: stands where the ground is nearest to this height.
+        expected_height: Option<f32> = optional(number(0.0, M, -1e6..=1e6), "0, without `at`"),
+        /// Without `at`: least distance from the edge of the terrain.
+        edge_offset: Option<f32> = optional(number(EDGE_OFFSET, M, 0.0..=1e6), "10, without `at`"),
+        /// Height of the eye above the ground.
+        height: f32 = number(1.7, M, 0.0..=10_000.0),
+        /// Where the camera looks, clockwise from north.
+        azimuth: f32 = number(0.0, DEGREES, -360.0..=360.0),
+        /// Looks so far ahead, as high above the ground there as it stands here.
+        distance: f32 = number(20.0, M, 0.01..=1e6),
+    }
+}
+
+/// Least distance of a camera on the ground from the edge, metres.
+pub const EDGE_OFFSET: f64 = 10.0;
 
 section! {
     /// The picture itself.

@@ -3,7 +3,9 @@
 
 use super::fault::{self, Complaint};
 use super::place::{Place, array_len, noun, shown};
-use super::schema::{Alternative, Kind, REQUIRED, Section, Shape, Table, Unit, digits, parse_item, quoted};
+use super::schema::{
+    Alternative, Kind, Names, REQUIRED, Section, Shape, Table, Unit, digits, parse_item, quoted,
+};
 use crate::core::color::linear_from_srgb;
 use std::ops::RangeInclusive;
 use toml_edit::{DocumentMut, Item};
@@ -41,6 +43,12 @@ impl Kind for Number {
     }
 
     fn read(&self, place: &Place) -> f32 {
+        self.read_exact(place) as f32
+    }
+}
+
+impl Number {
+    fn read_exact(&self, place: &Place) -> f64 {
         let allowed = self.shape().allowed();
         let written = place.read(self.default, |item| {
             let number = item.as_float().or_else(|| item.as_integer().map(|whole| whole as f64));
@@ -55,7 +63,30 @@ impl Kind for Number {
             }
             Ok(number)
         });
-        (written * self.unit.factor) as f32
+        written * self.unit.factor
+    }
+}
+
+pub struct Exact(Number);
+
+/// A number with all its digits.
+pub fn exact(number: Number) -> Exact {
+    Exact(number)
+}
+
+impl Kind for Exact {
+    type Value = f64;
+
+    fn shape(&self) -> Shape {
+        self.0.shape()
+    }
+
+    fn default(&self) -> String {
+        self.0.default()
+    }
+
+    fn read(&self, place: &Place) -> f64 {
+        self.0.read_exact(place)
     }
 }
 
@@ -165,7 +196,7 @@ impl Kind for File {
     type Value = Option<String>;
 
     fn shape(&self) -> Shape {
-        Shape::OrNone(Box::new(Shape::File))
+        Shape::OrWord(Box::new(Shape::File), NONE_WORD)
     }
 
     fn default(&self) -> String {
@@ -212,6 +243,40 @@ fn read_path(place: &Place) -> Option<String> {
         Some("") => Err(Complaint::new("is empty", Shape::File.allowed())),
         Some(path) => Ok(Some(path.to_string())),
     })
+}
+
+pub struct Text {
+    what: &'static str,
+    default: &'static str,
+}
+
+/// Any text; `what` says in a few words what it must be, `default` what stands for nothing written.
+pub fn text(what: &'static str, default: &'static str) -> Text {
+    Text { what, default }
+}
+
+impl Kind for Text {
+    type Value = String;
+
+    fn shape(&self) -> Shape {
+        Shape::Text(self.what)
+    }
+
+    fn default(&self) -> String {
+        if self.default == REQUIRED { REQUIRED.into() } else { quoted(self.default) }
+    }
+
+    fn read(&self, place: &Place) -> String {
+        let required = self.default == REQUIRED;
+        if required && place.item().is_none() {
+            place.refuse(Complaint::new("is missing", self.what).about_key());
+        }
+        let default = if required { "" } else { self.default };
+        place.read(default.to_string(), |item| match item.as_str() {
+            None => Err(Complaint::new(format!("must be a text in quotes, not {}", noun(item)), self.what)),
+            Some(text) => Ok(text.to_string()),
+        })
+    }
 }
 
 // Colours and arrays -------------------------------------------------------------------------------------------------
@@ -277,6 +342,11 @@ pub fn numbers<const N: usize>(
     range: RangeInclusive<f64>,
 ) -> Array<Number, N> {
     Array(defaults.map(|default| number(default, unit, range.clone())))
+}
+
+/// As many numbers as there are defaults, with all their digits.
+pub fn exacts<const N: usize>(defaults: [f64; N], unit: Unit, range: RangeInclusive<f64>) -> Array<Exact, N> {
+    Array(defaults.map(|default| exact(number(default, unit, range.clone()))))
 }
 
 /// As many whole numbers as there are defaults.
@@ -390,7 +460,7 @@ pub fn read_section<T: Section>(place: &Place) -> T {
         }
         let unknown = table.iter().map(|(name, _)| name).filter(|name| !names.contains(name));
         for name in unknown.take(fault::MOST) {
-            place.key(name).refuse(unknown_key(name, &names));
+            place.key(name).refuse(unknown_key(name, &names, &(place.shape)()));
         }
     }
     if presets.is_empty() {
@@ -404,9 +474,10 @@ pub fn read_section<T: Section>(place: &Place) -> T {
     }
 }
 
-fn unknown_key(name: &str, known: &[&str]) -> Complaint {
+/// A complaint about a key that is none of the `known`, in a file of the shape `file`.
+fn unknown_key(name: &str, known: &[&str], file: &Table) -> Complaint {
     let here = format!("known here: {}", known.join(", "));
-    let homes = super::shape().homes(name);
+    let homes = file.homes(name);
     let complaint = match homes.as_slice() {
         [] => guess("is unknown", name, known.iter().copied(), here),
         homes => Complaint::new("is unknown", format!("it is a key of {}", homes.join(", "))).help(here),
@@ -414,27 +485,87 @@ fn unknown_key(name: &str, known: &[&str]) -> Complaint {
     complaint.about_key()
 }
 
-pub struct OrNone<K>(K);
-
-/// A value, or the word "none".
-pub fn or_none<K: Kind>(kind: K) -> OrNone<K> {
-    OrNone(kind)
+pub struct Named<K> {
+    names: Names,
+    element: K,
+    default: &'static str,
 }
 
-impl<K: Kind> Kind for OrNone<K> {
-    type Value = Option<K::Value>;
+/// A table whose keys the user makes up, in the order of the file; `default` is the whole table as TOML.
+pub fn named<K: Kind>(names: Names, element: K, default: &'static str) -> Named<K> {
+    Named { names, element, default }
+}
+
+impl<K: Kind> Kind for Named<K> {
+    type Value = Vec<(String, K::Value)>;
 
     fn shape(&self) -> Shape {
-        Shape::OrNone(Box::new(self.0.shape()))
+        Shape::Named { names: self.names, element: Box::new(self.element.shape()) }
     }
 
     fn default(&self) -> String {
-        self.0.default()
+        self.default.to_string()
     }
 
     fn read(&self, place: &Place) -> Self::Value {
-        let Some(word) = place.word() else { return Some(self.0.read(place)) };
-        if word != "none" {
+        if place.item().is_none() {
+            return match parse_item(self.default) {
+                Some(default) => self.read(&place.with(&default)),
+                None => Vec::new(),
+            };
+        }
+        let Some(table) = place.table() else { return Vec::new() };
+        let names = table.iter().map(|(name, _)| name);
+        let read = names.map(|name| {
+            let place = place.key(name);
+            if !self.names.allow(name) {
+                let label = format!("a name must be {}", self.names.rule());
+                place.refuse(Complaint::new("is no name", label).about_key());
+            }
+            (name.to_string(), self.element.read(&place))
+        });
+        read.collect()
+    }
+}
+
+pub struct OrWord<K> {
+    kind: K,
+    word: [&'static str; 2],
+    /// As TOML.
+    default: String,
+}
+
+const NONE_WORD: [&str; 2] = ["none", "Nothing."];
+
+/// A value, or the word "none".
+pub fn or_none<K: Kind>(kind: K) -> OrWord<K> {
+    OrWord { default: kind.default(), kind, word: NONE_WORD }
+}
+
+/// A word with its meaning, or a value. The word is the default.
+pub fn word_or<K: Kind>(word: &'static str, about: &'static str, kind: K) -> OrWord<K> {
+    OrWord { kind, word: [word, about], default: quoted(word) }
+}
+
+impl<K: Kind> Kind for OrWord<K> {
+    /// `None` for the word.
+    type Value = Option<K::Value>;
+
+    fn shape(&self) -> Shape {
+        Shape::OrWord(Box::new(self.kind.shape()), self.word)
+    }
+
+    fn default(&self) -> String {
+        self.default.clone()
+    }
+
+    fn read(&self, place: &Place) -> Self::Value {
+        let [own, _] = self.word;
+        let Some(word) = place.word() else {
+            let absent = place.item().is_none() && self.default == quoted(own);
+            return (!absent).then(|| self.kind.read(place));
+        };
+        if word != own {
             place.refuse(Complaint::new(format!("can't be \"{}\"", shown(word)), self.shape().allowed()));
         }
         None
@@ -599,7 +730,7 @@ enum Unknown {
 }
 
 /// A complaint about a word that is none of the `known`: with a guess at what was meant, if one is near.
-fn guess<'a>(
+pub fn guess<'a>(
     problem: impl Into<String>,
     word: &str,
     known: impl Iterator<Item = &'a str>,

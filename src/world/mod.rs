@@ -12,15 +12,20 @@ mod keys;
 mod kinds;
 mod place;
 mod plan;
+mod planting;
 mod reference;
 pub mod schema;
 mod settings;
+pub mod species;
+pub mod thesis;
 
-pub use json_schema::json_schema;
+pub use json_schema::{json_schema, json_schema_of_species};
 pub use place::KeyPath;
-pub use reference::reference;
+pub use reference::{reference, reference_of_species};
 
 use crate::core::hash::hexadecimal;
+use crate::formats;
+use crate::plants;
 use crate::scene;
 use crate::terrain;
 use fault::{Cause, Fault, Sources, report_text};
@@ -29,7 +34,6 @@ use schema::Section;
 use settings::Setting;
 use sha2::{Digest, Sha256};
 use std::cell::RefCell;
-use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use toml_edit::{Document, DocumentMut};
 
@@ -47,8 +51,13 @@ pub struct World {
     pub light: scene::Light,
     pub sea: scene::Sea,
     pub surface: scene::Surface,
-    pub camera: scene::Camera,
+    pub plants: plants::planting::Plan,
+    pub viewpoint: scene::Viewpoint,
+    /// Vertical field of view, radians.
+    pub fov: f32,
     pub film: scene::Film,
+    /// Where the picture goes unless the command line says so, if the world says it.
+    pub photo: Option<PathBuf>,
     /// What is allowed and hardly meant, one sentence each.
     pub warnings: Vec<String>,
     /// The file, with what the command line changed.
@@ -67,8 +76,8 @@ pub struct Overrides {
 /// Why there is no world. A message begins without "error:" and may have many lines.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    #[error("can't read {}: {source}", path.display())]
-    Read { path: PathBuf, source: io::Error },
+    #[error(transparent)]
+    Read(#[from] formats::Error),
 
     /// The file or an argument of `--set` is wrong.
     #[error("{report}")]
@@ -84,7 +93,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Wrong { .. } => 3,
-            Error::Read { .. } | Error::Unreadable { .. } => 7,
+            Error::Read(_) | Error::Unreadable { .. } => 7,
         }
     }
 }
@@ -92,17 +101,31 @@ impl Error {
 /// Longer files are no worlds.
 pub const MAX_BYTES: usize = 1 << 20;
 
-/// Reads a world file.
+/// Reads a world file, or a folder of settings (see [`thesis`]).
 ///
 /// # Errors
 /// When it can't be read, or says something wrong: see [`parse`].
 pub fn load(path: &Path, overrides: &Overrides) -> Result<World, Error> {
-    let failed = |source| Error::Read { path: path.into(), source };
-    let file = std::fs::File::open(path).map_err(failed)?;
-    let mut bytes = Vec::new();
-    file.take(MAX_BYTES as u64 + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if path.is_dir() {
+        return load_folder(path, overrides);
+    }
+    let bytes = formats::read_bytes(path, MAX_BYTES)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     parse(&path.display().to_string(), &bytes, folder, overrides)
+}
+
+/// A folder is a world file that nobody has written down, and read as such.
+fn load_folder(path: &Path, overrides: &Overrides) -> Result<World, Error> {
+    let thesis::Converted { text, photo } = thesis::read(path)?;
+    let name = format!("{} as a world file", path.display());
+    let world = parse(&name, text.as_bytes(), path, overrides)?;
+    let whole = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
+    Ok(World {
+        name: whole.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
+        path: path.into(),
+        photo: Some(path.join("photos").join(format!("{photo}.exr"))),
+        ..world
+    })
 }
 
 /// Reads a world from the bytes of its file. `name` is the path that messages show; the files that the world names
@@ -111,29 +134,30 @@ pub fn load(path: &Path, overrides: &Overrides) -> Result<World, Error> {
 /// # Errors
 /// With every mistake that was found: where, what is wrong, what is allowed.
 pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> Result<World, Error> {
-    let text = text(name, bytes)?;
-    let parsed = Document::parse(text).map_err(|error| {
-        let report =
-            report_text("not a TOML file", error.span().unwrap_or(0..0), error.message(), Some(name), text);
-        Error::Wrong { report }
-    })?;
+    let text = text(name, "world", bytes)?;
+    let parsed = self::document(name, text)?;
     let settings: Result<Vec<Setting>, String> =
         overrides.set.iter().map(|argument| Setting::parse(argument)).collect();
     let settings = settings.map_err(|report| Error::Wrong { report })?;
 
     let mut document = parsed.clone().into_mut();
-    let planned = edit(&mut document, &settings, overrides.seed)
-        .and_then(|()| read(&document))
-        .and_then(|written| Ok((plan::plan(&written, folder)?, written)));
-    let (planned, written) = planned.map_err(|faults| {
-        let report = Sources { name, document: parsed, settings: &settings }.report(&faults);
+    let planned =
+        edit(&mut document, &settings, overrides.seed).and_then(|()| read(&document)).and_then(|written| {
+            let (plan, species) =
+                both(plan::plan(&written, folder), species::of_world(&written.species, folder))?;
+            Ok((written, plan, species))
+        });
+    let sources = Sources { name, what: "the world", document: parsed, settings: &settings };
+    let (written, planned, (species, remarks)) = planned.map_err(|faults| {
+        let report = sources.report(&faults);
         let files_only = faults.iter().all(|fault| fault.complaint.cause == Cause::File);
         if files_only { Error::Unreadable { report } } else { Error::Wrong { report } }
     })?;
 
     let path = PathBuf::from(name);
-    let plan::Planned { plan, light, camera, film, warnings } = planned;
-    let keys::World { format: (), seed, sea, surface, .. } = written;
+    let plan::Planned { plan, light, viewpoint, film, rules, mut warnings } = planned;
+    warnings.extend(sources.sentences(&remarks));
+    let keys::World { format: (), seed, sea, surface, camera, .. } = written;
     Ok(World {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path,
@@ -143,8 +167,11 @@ pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> 
         light,
         sea,
         surface,
-        camera,
+        plants: plants::planting::Plan { species, rules },
+        viewpoint,
+        fov: camera.fov,
         film,
+        photo: None,
         warnings,
         document,
     })
@@ -171,14 +198,23 @@ fn edit(document: &mut DocumentMut, settings: &[Setting], seed: Option<u32>) -> 
 /// Reads the document as it is written, with everything that is wrong in it.
 fn read(document: &DocumentMut) -> Result<keys::World, Vec<Fault>> {
     let faults = RefCell::default();
-    let written = kinds::read_section(&Place::top(document.as_item(), &faults));
+    let written = kinds::read_section(&Place::top(document.as_item(), shape, &faults));
     let faults = faults.into_inner();
     if faults.is_empty() { Ok(written) } else { Err(faults) }
 }
 
-fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, Error> {
+/// Both results, or all that is wrong with either.
+fn both<A, B>(first: Result<A, Vec<Fault>>, second: Result<B, Vec<Fault>>) -> Result<(A, B), Vec<Fault>> {
+    match (first, second) {
+        (Ok(first), Ok(second)) => Ok((first, second)),
+        (first, second) => Err([first.err(), second.err()].into_iter().flatten().flatten().collect()),
+    }
+}
+
+/// The text of a file that describes `what`.
+fn text<'a>(name: &str, what: &str, bytes: &'a [u8]) -> Result<&'a str, Error> {
     if bytes.len() > MAX_BYTES {
-        let report = format!("{name} is too large for a world file: it may have {MAX_BYTES} bytes");
+        let report = format!("{name} is too large for a {what} file: it may have {MAX_BYTES} bytes");
         return Err(Error::Wrong { report });
     }
     std::str::from_utf8(bytes).map_err(|error| {
@@ -188,5 +224,12 @@ fn text<'a>(name: &str, bytes: &'a [u8]) -> Result<&'a str, Error> {
         let report =
             report_text("not UTF-8 text", span, "this byte is no part of a character", Some(name), &readable);
         Error::Wrong { report }
+    })
+}
+
+fn document<'a>(name: &str, text: &'a str) -> Result<Document<&'a str>, Error> {
+    Document::parse(text).map_err(|error| {
+        let span = error.span().unwrap_or(0..0);
+        Error::Wrong { report: report_text("not a TOML file", span, error.message(), Some(name), text) }
     })
 }

@@ -1,6 +1,7 @@
 //! A place in a world file and the way to it.
 
 use super::fault::{Complaint, Fault};
+use super::schema::Table;
 use std::cell::RefCell;
 use std::fmt;
 use toml_edit::{Item, TableLike};
@@ -48,13 +49,15 @@ pub struct Place<'a> {
     item: Option<&'a Item>,
     /// A preset's keys, which stand for those that are not written.
     preset: Option<&'a Item>,
+    /// All that may stand in the file.
+    pub shape: fn() -> Table,
     faults: &'a RefCell<Vec<Fault>>,
 }
 
 impl<'a> Place<'a> {
     /// The top of the file.
-    pub fn top(item: &'a Item, faults: &'a RefCell<Vec<Fault>>) -> Self {
-        Self { path: KeyPath::default(), item: Some(item), preset: None, faults }
+    pub fn top(item: &'a Item, shape: fn() -> Table, faults: &'a RefCell<Vec<Fault>>) -> Self {
+        Self { path: KeyPath::default(), item: Some(item), preset: None, shape, faults }
     }
 
     pub fn item(&self) -> Option<&'a Item> {
@@ -86,6 +89,7 @@ impl<'a> Place<'a> {
             path: self.path.join(name),
             item: inside(self.item).or_else(|| inside(self.preset)),
             preset: None,
+            shape: self.shape,
             faults: self.faults,
         }
     }
@@ -93,17 +97,29 @@ impl<'a> Place<'a> {
     /// The place of an element of the array here.
     pub fn element(&self, index: usize) -> Place<'a> {
         let item = self.item.and_then(|item| item.get(index));
-        Place { path: self.path.join(index), item, preset: None, faults: self.faults }
+        Place { path: self.path.join(index), item, preset: None, shape: self.shape, faults: self.faults }
     }
 
     /// The same place as if `item` were written there.
     pub fn with<'b>(&'b self, item: &'b Item) -> Place<'b> {
-        Place { path: self.path.clone(), item: Some(item), preset: None, faults: self.faults }
+        Place {
+            path: self.path.clone(),
+            item: Some(item),
+            preset: None,
+            shape: self.shape,
+            faults: self.faults,
+        }
     }
 
     /// The same place, where keys that are not written have the values of `preset`.
     pub fn with_preset<'b>(&'b self, preset: &'b Item) -> Place<'b> {
-        Place { path: self.path.clone(), item: self.item, preset: Some(preset), faults: self.faults }
+        Place {
+            path: self.path.clone(),
+            item: self.item,
+            preset: Some(preset),
+            shape: self.shape,
+            faults: self.faults,
+        }
     }
 
     /// What is written here, or `default` where nothing is, or nothing that `parse` accepts.

@@ -2,17 +2,19 @@
 //! and what can't go together is refused.
 
 use super::fault::{Cause, Complaint, Fault};
-use super::keys;
+use super::keys::{self, EDGE_OFFSET};
 use super::place::{KeyPath, shown};
+use super::planting;
 use crate::core::grid::Grid;
 use crate::core::hash::derive_seed;
 use crate::core::memory::mebibytes;
 use crate::formats::{self, Hints};
+use crate::plants;
 use crate::scene;
 use crate::sky;
 use crate::terrain::layers::{Combine, Generator, Layer};
 use crate::terrain::{Boundary, Controls, FARTHEST_GROUND, Map, Plan, reef, seabed, thermal};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -20,8 +22,9 @@ use std::sync::Arc;
 pub struct Planned {
     pub plan: Plan,
     pub light: scene::Light,
-    pub camera: scene::Camera,
+    pub viewpoint: scene::Viewpoint,
     pub film: scene::Film,
+    pub rules: Vec<plants::planting::Rule>,
     pub warnings: Vec<String>,
 }
 
@@ -47,12 +50,18 @@ pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
     check.passes(&plan);
     check.surface(&world.surface);
     let light = check.light(world);
-    let camera = check.camera(&world.camera, plan.final_sea_level());
+    let viewpoint = check.viewpoint(&world.camera.view, &plan);
     let [width, height] = world.render.size;
     let film =
         scene::Film { width, height, exposure: world.render.exposure, tone_map: world.render.tone_map };
+    let names: Vec<&str> = world.species.iter().map(|(name, _)| name.as_str()).collect();
+    let rules = planting::rules(&world.plants, &names, world.seed, plan.hydraulic.is_some(), &mut check);
     let Check { faults, warnings, .. } = check;
-    if faults.is_empty() { Ok(Planned { plan, light, camera, film, warnings }) } else { Err(faults) }
+    if faults.is_empty() {
+        Ok(Planned { plan, light, viewpoint, film, rules, warnings })
+    } else {
+        Err(faults)
+    }
 }
 
 /// Most memory, bytes, that all maps of a world take together.
@@ -74,7 +83,8 @@ struct Read {
     map: Arc<Map>,
 }
 
-struct Check<'a> {
+/// Gathers what is wrong, and the maps that were read.
+pub struct Check<'a> {
     folder: &'a Path,
     /// Of the terrain, metres.
     extent: f32,
@@ -244,6 +254,15 @@ impl Check<'_> {
             erodibility: map(&controls.erodibility, "erodibility"),
             mask: map(&controls.mask, "mask"),
         }
+    }
+
+    /// A map of factors.
+    pub fn factors(&mut self, path: &str, place: &KeyPath) -> Option<Arc<Map>> {
+        self.map(path, place, Hints::default(), Use::Factors)
+    }
+
+    pub fn warn(&mut self, warning: String) {
+        self.warnings.push(warning);
     }
 
     fn map(&mut self, path: &str, place: &KeyPath, hints: Hints, as_what: Use) -> Option<Arc<Map>> {
@@ -490,34 +509,66 @@ impl Check<'_> {
         }
     }
 
-    fn camera(&mut self, camera: &keys::Camera, sea_level: f32) -> scene::Camera {
-        let view = match &camera.view {
+    fn viewpoint(&mut self, view: &keys::View, plan: &Plan) -> scene::Viewpoint {
+        match view {
             keys::View::FrameIsland(frame) => {
                 let &keys::FrameIsland { azimuth, elevation, distance } = frame;
-                scene::View::FrameIsland { azimuth, elevation, distance }
+                scene::Viewpoint::Fixed(scene::View::FrameIsland { azimuth, elevation, distance })
             }
-            keys::View::LookAt(keys::LookAt { position, target }) => {
-                if position == target {
-                    let place = KeyPath::from("camera.view.look_at");
-                    let complaint =
-                        Complaint::new("is where the camera stands", "another point than `position`");
-                    self.refuse(&[place.join("target"), place.join("position")], complaint);
-                }
-                if position[1] <= sea_level {
-                    let place = KeyPath::from("camera.view.look_at.position");
-                    let label = format!("allowed: above {sea_level} m, where the sea is in the end");
-                    let complaint = Complaint::new("lies under the sea", label)
-                        .help("raise its second number, or lower `sea.level`");
-                    self.refuse(&[place, "sea.level".into()], complaint);
-                }
-                scene::View::LookAt { position: Vec3::from(*position), target: Vec3::from(*target) }
-            }
-        };
-        scene::Camera { view, fov: camera.fov }
+            keys::View::LookAt(look) => scene::Viewpoint::Fixed(self.look_at(look, plan.final_sea_level())),
+            keys::View::Stand(stand) => scene::Viewpoint::Stand(self.stand(stand, plan.grid)),
+        }
     }
 
-    fn refuse(&mut self, paths: &[KeyPath], complaint: Complaint) {
-        self.faults.push(Fault { paths: paths.to_vec(), complaint });
+    fn look_at(&mut self, look: &keys::LookAt, sea_level: f32) -> scene::View {
+        let &keys::LookAt { position, target } = look;
+        let place = KeyPath::from("camera.view.look_at");
+        if position == target {
+            let complaint = Complaint::new("is where the camera stands", "another point than `position`");
+            self.refuse(&[place.join("target"), place.join("position")], complaint);
+        }
+        if position[1] <= sea_level {
+            let label = format!("allowed: above {sea_level} m, where the sea is in the end");
+            let complaint = Complaint::new("lies under the sea", label)
+                .help("raise its second number, or lower `sea.level`");
+            self.refuse(&[place.join("position"), "sea.level".into()], complaint);
+        }
+        scene::View::LookAt { position: position.into(), target: target.into() }
+    }
+
+    fn stand(&mut self, stand: &keys::Stand, grid: Grid) -> scene::Stand {
+        let &keys::Stand { at, height, azimuth, distance, expected_height, edge_offset } = stand;
+        let key = KeyPath::from("camera.view.stand");
+        let half = grid.extent / 2.0;
+        let place = match at {
+            Some(at) => {
+                let others = [("expected_height", expected_height), ("edge_offset", edge_offset)];
+                for (name, _) in others.iter().filter(|(_, value)| value.is_some()) {
+                    let complaint = Complaint::new("has no use here", "`at` says where the camera stands");
+                    self.refuse(&[key.join(name), key.join("at")], complaint.about_key());
+                }
+                if at.iter().any(|along| along.abs() > half) {
+                    let label = format!("allowed: up to {half} m from the middle, half of the extent");
+                    let complaint = Complaint::new("lies outside the terrain", label);
+                    self.refuse(&[key.join("at"), "terrain.extent".into()], complaint);
+                }
+                scene::Place::At(at.into())
+            }
+            None => {
+                let edge_offset = edge_offset.unwrap_or((EDGE_OFFSET as f32).min(half));
+                if edge_offset > half {
+                    let label = format!("allowed: up to {half} m, half of the extent");
+                    let complaint = Complaint::new("leaves no place to stand", label);
+                    self.refuse(&[key.join("edge_offset"), "terrain.extent".into()], complaint);
+                }
+                scene::Place::Height { expected: expected_height.unwrap_or(0.0), edge_offset }
+            }
+        };
+        scene::Stand { place, height, azimuth, distance }
+    }
+
+    pub fn refuse(&mut self, paths: &[KeyPath], complaint: Complaint) {
+        self.faults.push(Fault { paths: paths.to_vec(), complaint, text: None });
     }
 }
 

@@ -1,12 +1,19 @@
 //! The reference page of world files, written from the keys' declarations.
 
-use super::schema::{Alternative, Key, Shape, Table, digits, paragraph};
+use super::schema::{Alternative, Key, Names, Shape, Table, digits, paragraph};
 use std::fmt::Write;
 
 /// The whole reference as Markdown: `docs/worlds.md`.
 pub fn reference() -> String {
     let mut page = String::from(INTRODUCTION);
     section(&mut page, "", &super::shape());
+    page
+}
+
+/// The reference of species files, the same table as [`reference`] has for worlds: a part of `docs/plants.md`.
+pub fn reference_of_species() -> String {
+    let mut page = String::new();
+    section(&mut page, "", &super::species::shape());
     page
 }
 
@@ -56,7 +63,8 @@ fn section(page: &mut String, path: &str, table: &Table) {
 fn inner(page: &mut String, path: &str, shape: &Shape) {
     match shape {
         Shape::Table(table) => section(page, path, table),
-        Shape::OrNone(shape) => inner(page, path, shape),
+        Shape::OrWord(shape, _) => inner(page, path, shape),
+        Shape::Named { element, .. } => inner(page, &format!("{path}.NAME"), element),
         Shape::List { element, .. } => inner(page, &format!("{path}.N"), element),
         Shape::OneOf(alternatives) => {
             for Alternative { name, table, .. } in alternatives {
@@ -102,7 +110,10 @@ fn allowed(shape: &Shape) -> String {
             let available = alternatives.iter().filter(|alternative| alternative.available);
             available.map(|alternative| code(&alternative.written())).collect::<Vec<_>>().join(", ")
         }
-        Shape::OrNone(shape) => format!("{}, or `\"none\"`", allowed(shape)),
+        Shape::Text(what) => (*what).into(),
+        Shape::OrWord(shape, [word, _]) => format!("{}, or `\"{word}\"`", allowed(shape)),
+        Shape::Named { names: Names::Words, .. } => "a table of names".into(),
+        Shape::Named { names: Names::Symbols, .. } => "a table of symbols".into(),
     }
 }
 

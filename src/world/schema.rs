@@ -35,6 +35,8 @@ pub enum Shape {
     Colour,
     /// The path of a file, from the folder of the world file.
     File,
+    /// Any text; in a few words, what it must be.
+    Text(&'static str),
     /// One of these words; each with its meaning.
     Choice(Vec<[&'static str; 2]>),
     /// As many as there are shapes.
@@ -47,8 +49,22 @@ pub enum Shape {
     Table(Table),
     /// A table with one of these keys, or one of the words.
     OneOf(Vec<Alternative>),
-    /// Or the word "none".
-    OrNone(Box<Shape>),
+    /// Or this word, with its meaning.
+    OrWord(Box<Shape>, [&'static str; 2]),
+    /// A table whose keys the user makes up.
+    Named {
+        names: Names,
+        element: Box<Shape>,
+    },
+}
+
+/// How names that users make up are formed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Names {
+    /// Letters, digits, `_` and `-`.
+    Words,
+    /// One character.
+    Symbols,
 }
 
 /// A table with known keys.
@@ -127,13 +143,14 @@ macro_rules! section {
                 vec![$({
                     let kind = $kind;
                     let about = concat!($($doc),+);
-                    Key { name: stringify!($key), about, default: kind.default(), shape: kind.shape() }
+                    let name = stringify!($key).trim_start_matches("r#");
+                    Key { name, about, default: kind.default(), shape: kind.shape() }
                 }),+]
             }
 
             fn read(place: &$crate::world::place::Place) -> Self {
                 use $crate::world::schema::Kind as _;
-                Self { $($key: $kind.read(&place.key(stringify!($key)))),+ }
+                Self { $($key: $kind.read(&place.key(stringify!($key).trim_start_matches("r#")))),+ }
             }
         }
     };
@@ -176,7 +193,9 @@ impl Shape {
                 let names: Vec<String> = available.map(Alternative::written).collect();
                 format!("allowed: {}", names.join(", "))
             }
-            Shape::OrNone(shape) => format!("{}, or \"none\"", shape.allowed()),
+            Shape::Text(what) => (*what).into(),
+            Shape::OrWord(shape, [word, _]) => format!("{}, or \"{word}\"", shape.allowed()),
+            Shape::Named { names, .. } => format!("a table: `{{ NAME = … }}`, each NAME {}", names.rule()),
         }
     }
 }
@@ -188,6 +207,34 @@ impl Shape {
             Shape::Number { unit, usual, .. } => Some((*unit, *usual)),
             Shape::Array(elements) => elements.first()?.number(),
             _ => None,
+        }
+    }
+}
+
+impl Names {
+    /// What a name must be.
+    pub fn rule(self) -> &'static str {
+        match self {
+            Names::Words => "of letters, digits, `_` and `-`",
+            Names::Symbols => "one character",
+        }
+    }
+
+    pub fn allow(self, name: &str) -> bool {
+        match self {
+            Names::Words => {
+                !name.is_empty()
+                    && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"_-".contains(&byte))
+            }
+            Names::Symbols => name.chars().count() == 1,
+        }
+    }
+
+    /// The same as a regular expression.
+    pub fn pattern(self) -> &'static str {
+        match self {
+            Names::Words => "^[A-Za-z0-9_-]+$",
+            Names::Symbols => "^.$",
         }
     }
 }
@@ -235,7 +282,8 @@ impl Shape {
     fn homes(&self, name: &str, path: &str) -> Vec<String> {
         match self {
             Shape::Table(table) => table.homes_at(name, path),
-            Shape::OrNone(shape) => shape.homes(name, path),
+            Shape::OrWord(shape, _) => shape.homes(name, path),
+            Shape::Named { element, .. } => element.homes(name, &format!("{path}.NAME")),
             Shape::List { element, .. } => element.homes(name, &format!("{path}.N")),
             Shape::OneOf(alternatives) => {
                 let tables =
@@ -250,7 +298,7 @@ impl Shape {
         match self {
             Shape::List { .. } | Shape::Array(_) if path.is_empty() => parse_item(default),
             Shape::Table(table) => table.default_array(path),
-            Shape::OrNone(shape) => shape.default_array(default, path),
+            Shape::OrWord(shape, _) => shape.default_array(default, path),
             Shape::OneOf(alternatives) => {
                 let (first, rest) = path.split_first()?;
                 alternatives.iter().find(|other| other.name == first)?.table.as_ref()?.default_array(rest)

@@ -39,6 +39,11 @@ impl Setting {
         self.document.as_item()
     }
 
+    /// The text that [`Setting::document`] is of.
+    pub fn raw(&self) -> &str {
+        self.document.raw()
+    }
+
     /// A span of the document as one of [`Setting::shown`]. The quotes round a bare word make it longer.
     pub fn in_shown(&self, span: Range<usize>) -> Range<usize> {
         let end = span.end.min(self.argument.len());

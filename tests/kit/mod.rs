@@ -4,6 +4,7 @@
 #![allow(dead_code)]
 
 pub mod field;
+pub mod forest;
 pub mod island;
 pub mod land;
 pub mod tiff;

@@ -4,11 +4,13 @@ mod bench;
 mod cache;
 mod check;
 mod completions;
+mod convert;
 mod devices;
 mod export;
 mod man;
 pub mod options;
 pub mod output;
+mod plant;
 mod render;
 mod schema;
 
@@ -32,7 +34,9 @@ pub struct Cli {
 enum Verb {
     Render(render::Arguments),
     Export(export::Arguments),
+    Plant(plant::Arguments),
     Check(check::Arguments),
+    Convert(convert::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
     Cache(cache::Arguments),
@@ -46,7 +50,9 @@ impl Cli {
         match &self.verb {
             Verb::Render(arguments) => render::run(arguments, session),
             Verb::Export(arguments) => export::run(arguments, session),
+            Verb::Plant(arguments) => plant::run(arguments, session),
             Verb::Check(arguments) => check::run(arguments, session),
+            Verb::Convert(arguments) => convert::run(arguments, session),
             Verb::Devices(arguments) => devices::run(arguments, session),
             Verb::Bench(arguments) => bench::run(arguments, session),
             Verb::Cache(arguments) => cache::run(arguments, session),
@@ -61,7 +67,9 @@ impl Cli {
         match self.verb {
             Verb::Render(_) => "render",
             Verb::Export(_) => "export",
+            Verb::Plant(_) => "plant",
             Verb::Check(_) => "check",
+            Verb::Convert(_) => "convert",
             Verb::Devices(_) => "devices",
             Verb::Bench(_) => "bench",
             Verb::Cache(_) => "cache",
@@ -84,7 +92,9 @@ impl Cli {
         match &self.verb {
             Verb::Render(arguments) => Some(&arguments.output),
             Verb::Export(arguments) => Some(&arguments.output),
+            Verb::Plant(arguments) => Some(&arguments.output),
             Verb::Check(arguments) => Some(&arguments.output),
+            Verb::Convert(arguments) => Some(&arguments.output),
             Verb::Devices(arguments) => Some(&arguments.output),
             Verb::Bench(arguments) => Some(&arguments.output),
             Verb::Cache(arguments) => Some(&arguments.output),
@@ -101,6 +111,7 @@ fn after_help() -> String {
          terrane render island.toml --set terrain.cells=256 --set erosion.hydraulic.rain=200\n  \
          terrane export island.toml --layer all -o island/\n  \
          terrane export island.toml --preset unreal -o unreal/\n  \
+         terrane plant oak.toml -o oak.png\n  \
          terrane check island.toml\n\nExit codes:\n{}",
         codes.join("\n")
     )

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 #[derive(Args)]
 pub struct WorldOptions {
-    /// World file (TOML); `terrane schema` tells what may stand in it
-    #[arg(value_hint = ValueHint::FilePath)]
+    /// World file (TOML); `terrane schema` tells what may stand in it. Or a folder of settings (`docs/folders.md`)
+    #[arg(value_hint = ValueHint::AnyPath)]
     pub world: PathBuf,
 
     /// Change a key for this run, for example --set terrain.cells=256; may be repeated

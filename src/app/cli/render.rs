@@ -3,17 +3,18 @@
 use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
 use crate::app::memory::{self, Goal, Limits, check_picture};
-use crate::app::{Error, Session, interrupt, land};
+use crate::app::{Error, Session, interrupt, land, population};
 use crate::formats;
 use crate::raster::{Picture, Quality, Renderer};
 use crate::scene::Film;
+use crate::world::World;
 use clap::{Args, ValueHint};
 use std::path::{Path, PathBuf};
 
 /// Render a picture of a world
 #[derive(Args)]
 pub struct Arguments {
-    /// Picture to write, .png or .exr, or a folder for it [default: ./<world>.png]
+    /// Picture to write, .png or .exr, or a folder for it [default: ./<world>.png, or what a folder of settings says]
     #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
 
@@ -43,26 +44,31 @@ const EXTENSIONS: [&str; 2] = ["png", "exr"];
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let Method::Raster = arguments.renderer;
-    let place = Place::of(arguments.out.as_deref().unwrap_or(Path::new("./")));
-    if let Place::File(path) = &place {
+    let place = arguments.out.as_deref().map(Place::of);
+    if let Some(Place::File(path)) = &place {
         check_extension(path, &EXTENSIONS)?;
     }
     let world = land::load(&arguments.world, session)?;
+    let (place, name) = match place {
+        Some(place) => (place, format!("{}.png", world.name)),
+        None => unasked(&world),
+    };
     let mut film = world.film;
     if let Some(Size { width, height }) = arguments.size {
         film = Film { width, height, ..film };
     }
     check_picture(&film)?;
-    let name = format!("{}.png", world.name);
     place.prepare([name.as_str()])?;
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
     memory::check(&world.plan, |_| Goal::Picture(film), &Limits::of(&gpu))?;
     let renderer = Renderer::new(&gpu)?;
-    let ground = land::simulate(&gpu, &world, session)?.land()?;
-
-    let scene = land::scene(&world, ground);
+    let simulation = land::simulate(&gpu, &world, session)?;
+    let camera = land::camera(&gpu, &world, &simulation)?;
+    let population = population::populate(&gpu, &world, &simulation, &camera, &film, session)?;
+    let scene = land::scene(&world, simulation.land()?, camera, population);
+    drop(simulation);
     let mut drawing = renderer.begin(&scene, &film, Quality::default())?;
     loop {
         let (done, of) = drawing.progress();
@@ -77,6 +83,15 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
     place.make()?;
     write(&place.file(&name), &picture, &film, session)
+}
+
+/// Where a picture goes when nobody says it, and its name.
+fn unasked(world: &World) -> (Place, String) {
+    let photo = world.photo.as_deref().and_then(|photo| Some((photo.parent()?, photo.file_name()?)));
+    match photo {
+        Some((folder, name)) => (Place::Folder(folder.into()), name.to_string_lossy().into_owned()),
+        None => (Place::of(Path::new("./")), format!("{}.png", world.name)),
+    }
 }
 
 fn write(path: &Path, picture: &Picture, film: &Film, session: &mut Session) -> Result<(), Error> {

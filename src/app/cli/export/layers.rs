@@ -5,6 +5,7 @@ use crate::core::resample::resample;
 use crate::formats::{Window, extremes, sidecar::Range};
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f, format::Rgba32f};
 use crate::raster::{Maps, Renderer};
+use crate::scene::Population;
 use crate::terrain::{Layer as Simulated, Plan, Simulation};
 use crate::world::World;
 
@@ -103,7 +104,11 @@ impl<'a> Source<'a> {
     fn maps(&mut self) -> Result<&Maps, Error> {
         let maps = match self.maps.take() {
             Some(maps) => maps,
-            None => Renderer::new(self.gpu)?.maps(&land::scene(self.world, self.simulation.land()?))?,
+            None => {
+                let camera = land::camera(self.gpu, self.world, self.simulation)?;
+                let scene = land::scene(self.world, self.simulation.land()?, camera, Population::default());
+                Renderer::new(self.gpu)?.maps(&scene)?
+            }
         };
         Ok(self.maps.insert(maps))
     }

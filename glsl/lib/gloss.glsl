@@ -1,0 +1,34 @@
+// The thin layer of gloss on leaves and bark.
+#ifndef GLOSS_GLSL
+#define GLOSS_GLSL
+
+// Share of light that a surface of this refractive index mirrors (Schlick 1994).
+float schlick(float refractive_index, float cosine) {
+    float normal = (refractive_index - 1.0) / (refractive_index + 1.0);
+    normal *= normal;
+    float grazing = max(1.0 - max(cosine, 0.0), 0.0);
+    float square = grazing * grazing;
+    // Without a layer there is nothing to mirror, at no angle.
+    return refractive_index <= 1.0 ? 0.0 : normal + (1.0 - normal) * square * square * grazing;
+}
+
+// Radiance towards `eye` over the irradiance on a plane that faces `light`: microfacets (Walter et al. 2007, "Microfacet
+// Models for Refraction through Rough Surfaces", with the distribution GGX and its shadowing).
+float highlight(Material material, vec3 normal, vec3 eye, vec3 light) {
+    float to_light = dot(normal, light);
+    float to_eye = max(dot(normal, eye), 1e-3);
+    if (to_light <= 0.0 || material.refractive_index <= 1.0) return 0.0;
+    vec3 middle = normalize(eye + light);
+    // A mirror would show the sun as a point; no leaf is one.
+    float width = max(material.roughness * material.roughness, 0.01);
+    float square = width * width;
+    float towards = dot(normal, middle);
+    float spread = towards * towards * (square - 1.0) + 1.0;
+    float density = square / (PI * spread * spread);
+    // G/(4 cos cos), both sides' shadowing in one (Heitz 2014).
+    float shadowing = 0.5 / (to_eye * sqrt(square + (1.0 - square) * to_light * to_light)
+                             + to_light * sqrt(square + (1.0 - square) * to_eye * to_eye));
+    return schlick(material.refractive_index, dot(eye, middle)) * density * shadowing * to_light;
+}
+
+#endif

@@ -1,0 +1,27 @@
+// What stands on the ground, as it is drawn: shared vertices, placed by instances.
+#ifndef PLANT_GLSL
+#define PLANT_GLSL
+
+struct Vertex {
+    vec3 position;
+    uint normal;     // octahedral, two signed normalised 16-bit numbers
+    vec2 uv;
+    uint material;   // index into all materials of the picture
+};
+
+struct Instance {
+    vec3 position;   // of the model's origin
+    float scale;
+    vec4 rotation;   // unit quaternion
+    uint random;
+};
+
+vec3 rotate(vec4 rotation, vec3 v) {
+    return v + 2.0 * cross(rotation.xyz, cross(rotation.xyz, v) + rotation.w * v);
+}
+
+vec3 placed(Instance instance, vec3 position) {
+    return instance.position + instance.scale * rotate(instance.rotation, position);
+}
+
+#endif

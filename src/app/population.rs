@@ -1,0 +1,143 @@
+//! From a world and its finished land to all that stands on it.
+
+use super::{Error, Session, interrupt};
+use crate::core::camera::Pinhole;
+use crate::core::hash::derive_seed;
+use crate::core::memory::mebibytes;
+use crate::gpu::{self, Gpu, Image, Recorder, format::R32f};
+use crate::plants::derive::Limits;
+use crate::plants::planting::{Ground, Kind, Needs, Planter};
+use crate::plants::species::Species;
+use crate::scene::{Camera, Film, Instance, Model, Population, View};
+use crate::terrain::{Layer, Simulation};
+use crate::world::World;
+use glam::Vec3;
+use rayon::prelude::*;
+use std::sync::Arc;
+
+/// Plants of a world on its finished land, as many of them as a picture of this size may show: ground cover is planted where
+/// the camera sees it.
+pub fn populate(
+    gpu: &Gpu,
+    world: &World,
+    simulation: &Simulation,
+    camera: &Camera,
+    film: &Film,
+    session: &mut Session,
+) -> Result<Population, Error> {
+    let rules = &world.plants.rules;
+    if rules.is_empty() {
+        return Ok(Population::default());
+    }
+    let (kinds, models) = grow(world, session)?;
+    let ground = ground(gpu, world, simulation)?;
+    let camera = pinhole(camera, film, &ground);
+    let mut planter = Planter::new(rules, &kinds, &ground, &camera);
+    loop {
+        let (done, of) = planter.progress();
+        session.progress.show("planting", done as u64, of as u64);
+        interrupt::check(&session.report)?;
+        if !planter.step()? {
+            break;
+        }
+    }
+    session.progress.end();
+    let instances: Arc<[_]> = planter.into_instances().into();
+    session.progress.say(&told(&instances, &models));
+    Ok(Population { models, instances })
+}
+
+fn told(instances: &[Instance], models: &[Arc<Model>]) -> String {
+    let triangles = |model: &Arc<Model>| model.levels.first().map_or(0, |level| level.triangles() as u64);
+    let each: Vec<u64> = models.iter().map(triangles).collect();
+    let shown: u64 = instances.iter().map(|instance| each[instance.model as usize]).sum();
+    format!(
+        "{} plants of {} models, {} triangles if all were kept ({})",
+        instances.len(),
+        models.len(),
+        shown,
+        mebibytes(std::mem::size_of_val(instances) as u64)
+    )
+}
+
+/// The kinds that rules name, and the models of those that any of them plants. Variants grow side by side.
+fn grow(world: &World, session: &mut Session) -> Result<(Vec<Kind>, Vec<Arc<Model>>), Error> {
+    let planted =
+        |index: usize| world.plants.rules.iter().flat_map(|rule| &rule.kinds).any(|(kind, _)| *kind == index);
+    let species: Vec<(&Arc<Species>, u32)> = world
+        .plants
+        .species
+        .iter()
+        .enumerate()
+        .map(|(index, species)| (species, if planted(index) { species.variants } else { 0 }))
+        .collect();
+    let variants: Vec<(&Arc<Species>, u32)> = species
+        .iter()
+        .flat_map(|(species, count)| (0..*count).map(move |variant| (*species, variant)))
+        .collect();
+    let mut models = Vec::new();
+    for some in variants.chunks(2 * rayon::current_num_threads()) {
+        session.progress.show("growing", models.len() as u64, variants.len() as u64);
+        interrupt::check(&session.report)?;
+        let grown: Vec<Result<Arc<Model>, Error>> = some
+            .par_iter()
+            .map(|(species, variant)| {
+                let seed = derive_seed(world.seed, &format!("plants.{}", species.name));
+                let model = species.grow(seed, *variant, &Limits::default());
+                model.map(Arc::new).map_err(|source| Error::Grow { species: species.name.clone(), source })
+            })
+            .collect();
+        for model in grown {
+            models.push(model?);
+        }
+    }
+    session.progress.show("growing", models.len() as u64, variants.len() as u64);
+    session.progress.end();
+    let mut kinds = Vec::new();
+    let mut first = 0;
+    for (species, count) in species {
+        let own = &models[first..first + count as usize];
+        kinds.push(Kind::of_models(&species.name, first as u32, own));
+        first += own.len();
+    }
+    Ok((kinds, models))
+}
+
+/// What the rules need to know of the land.
+pub fn needs(world: &World) -> Needs {
+    world.plants.rules.iter().map(|rule| rule.site.needs()).fold(Needs::default(), Needs::or)
+}
+
+fn ground(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Ground, Error> {
+    let layer = |layer: Layer, needed: bool| -> Result<Vec<f32>, Error> {
+        let exists = needed && layer.exists_in(simulation.plan());
+        Ok(if exists { download(gpu, &simulation.layer(layer)?)? } else { Vec::new() })
+    };
+    let needs = needs(world);
+    let mut ground = Ground::new(simulation.plan().grid, simulation.sea_level(), layer(Layer::Height, true)?);
+    ground.water = layer(Layer::Water, true)?;
+    ground.wetness = layer(Layer::Wetness, needs.wetness)?;
+    ground.flow = layer(Layer::Flow, needs.flow)?;
+    ground.measure(needs);
+    Ok(ground)
+}
+
+fn download(gpu: &Gpu, image: &Image<R32f>) -> gpu::Result<Vec<f32>> {
+    let mut rec = Recorder::new(gpu);
+    let download = rec.download(image);
+    let finished = rec.submit()?.wait()?;
+    Ok(download.take(&finished))
+}
+
+/// The camera of a picture of this size.
+fn pinhole(camera: &Camera, film: &Film, ground: &Ground) -> Pinhole {
+    let aspect = film.width as f32 / film.height as f32;
+    match camera.view {
+        View::LookAt { position, target } => Pinhole::look_at(position, target, camera.fov, aspect),
+        View::FrameIsland { azimuth, elevation, distance } => {
+            let level = elevation.cos();
+            let towards_camera = Vec3::new(azimuth.sin() * level, elevation.sin(), -azimuth.cos() * level);
+            Pinhole::frame(&ground.land(), -towards_camera, distance, camera.fov, aspect)
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! Where plants stand.
+//!
+//! Rules are followed in order. Each finds places ([`scatter`], [`cover`], [`grid`]), asks whether its plants like the ground
+//! there ([`site`]) and whether earlier ones leave them light ([`shade`]), and stands them on it ([`stand`]).
+
+mod cover;
+mod darts;
+mod distance;
+mod grid;
+mod ground;
+mod kind;
+mod random;
+mod scatter;
+mod shade;
+mod site;
+mod stand;
+
+pub use cover::Cover;
+pub use distance::distances;
+pub use grid::Grid;
+pub use ground::{Ground, Needs};
+pub use kind::Kind;
+pub use scatter::{Rivalry, Scatter};
+pub use site::{Footing, Patches, Ramp, Site};
+
+use super::species::Species;
+use crate::core::camera::Pinhole;
+use crate::scene::Instance;
+use glam::Vec2;
+use random::Random;
+use shade::{Circle, Crowns, Place};
+use stand::{Plant, stand};
+use std::sync::Arc;
+
+/// What grows on a world's ground: kinds, and rules that place them, in order.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    pub species: Vec<Arc<Species>>,
+    pub rules: Vec<Rule>,
+}
+
+/// A rule that places plants.
+#[derive(Clone, Debug)]
+pub struct Rule {
+    /// As messages call it.
+    pub name: String,
+    pub seed: u32,
+    /// What it plants: indices of kinds, each with its share of the plants; shares need not sum to 1.
+    pub kinds: Vec<(usize, f32)>,
+    /// Least and greatest size, as multiples of the models'.
+    pub scale: [f32; 2],
+    /// How far plants lean away from the slope: 0 is upright, 1 is as the ground does.
+    pub lean: f32,
+    /// Share that lives under the crowns of earlier rules.
+    pub shade: f32,
+    pub site: Site,
+    pub places: Places,
+}
+
+/// How a rule finds places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Places {
+    Scatter(Scatter),
+    Cover(Cover),
+    Grid(Grid),
+}
+
+/// Why nothing is planted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Error {
+    #[error(
+        "`{rule}` would bring the plants to about {count}, and there may be {most} of them; give it more spacing, less \
+         density, or a narrower site"
+    )]
+    TooMany { rule: String, count: u64, most: u64 },
+
+    #[error(
+        "`{rule}` looks for places in {cells} cells of the ground, and may in {most}; give it more spacing"
+    )]
+    TooFine { rule: String, cells: u64, most: u64 },
+}
+
+/// Most plants of a world.
+pub const MOST_PLANTS: u64 = 10_000_000;
+
+/// Memory that a plant takes while it is planted and then, bytes.
+pub const PLANT_BYTES: u64 = (size_of::<Plant>() + size_of::<Instance>() + size_of::<Circle>() + 4) as u64;
+
+impl Rule {
+    /// One of the kinds by their shares.
+    fn pick(&self, random: &mut Random) -> usize {
+        let all: f32 = self.kinds.iter().map(|(_, share)| share).sum();
+        let mut left = random.share() * all;
+        for (kind, share) in &self.kinds {
+            left -= share;
+            if left < 0.0 {
+                return *kind;
+            }
+        }
+        self.kinds.last().map_or(0, |(kind, _)| *kind)
+    }
+
+    /// About how many plants it makes on this ground before any is shaded out, or hidden from the camera.
+    pub fn predict(&self, ground: &Ground) -> f64 {
+        match &self.places {
+            Places::Scatter(scatter) => scatter::predict(self, scatter, ground),
+            Places::Cover(cover) => cover.predict(),
+            Places::Grid(grid) => grid.predict(),
+        }
+    }
+}
+
+/// Plants rule by rule.
+pub struct Planter<'a> {
+    rules: &'a [Rule],
+    kinds: &'a [Kind],
+    ground: &'a Ground,
+    camera: &'a Pinhole,
+    /// What stands already: instances, and the crowns of each rule.
+    instances: Vec<Instance>,
+    crowns: Vec<Crowns>,
+    done: usize,
+    most: u64,
+}
+
+impl<'a> Planter<'a> {
+    /// `ground` has measured what the rules need; the rules' kinds are indices into `kinds`.
+    pub fn new(rules: &'a [Rule], kinds: &'a [Kind], ground: &'a Ground, camera: &'a Pinhole) -> Self {
+        let (instances, crowns) = (Vec::new(), Vec::new());
+        Planter { rules, kinds, ground, camera, instances, crowns, done: 0, most: MOST_PLANTS }
+    }
+
+    /// Allows so many plants, in place of [`MOST_PLANTS`].
+    pub fn at_most(self, most: u64) -> Self {
+        Planter { most, ..self }
+    }
+
+    /// Follows the next rule; false if there was none left.
+    ///
+    /// # Errors
+    /// When there would be too many plants: before memory is taken for them.
+    pub fn step(&mut self) -> Result<bool, Error> {
+        let Some(rule) = self.rules.get(self.done) else { return Ok(false) };
+        self.check(rule, rule.predict(self.ground))?;
+        let plants = match &rule.places {
+            Places::Scatter(scatter) => scatter::plant(rule, scatter, self)?,
+            Places::Cover(cover) => cover::plant(rule, cover, self),
+            Places::Grid(grid) => grid::plant(rule, grid, self),
+        };
+        self.check(rule, plants.len() as f64)?;
+        self.instances.extend(plants.iter().map(|plant| plant.instance));
+        self.done += 1;
+        // Nothing looks at the crowns of the last rule.
+        if self.done < self.rules.len() {
+            let circles: Vec<Circle> = plants.iter().map(|plant| plant.circle).collect();
+            self.crowns.push(Crowns::new(self.ground.grid.extent / 2.0, &circles));
+        }
+        Ok(true)
+    }
+
+    /// Rules followed, and rules in all.
+    pub fn progress(&self) -> (usize, usize) {
+        (self.done, self.rules.len())
+    }
+
+    /// What is planted so far, rule by rule.
+    pub fn into_instances(self) -> Vec<Instance> {
+        self.instances
+    }
+
+    fn check(&self, rule: &Rule, more: f64) -> Result<(), Error> {
+        let count = self.instances.len() as u64 + more.ceil() as u64;
+        let (name, most) = (rule.name.clone(), self.most);
+        if count > most { Err(Error::TooMany { rule: name, count, most }) } else { Ok(()) }
+    }
+
+    /// A plant of a rule at a place, unless earlier ones don't let it live.
+    fn grow(&self, rule: &Rule, at: Vec2, scale: f32, random: &mut Random) -> Option<Plant> {
+        let kind = &self.kinds[rule.pick(random)];
+        let plant = stand(rule, kind, self.ground, at, scale, random);
+        let place = self.crowns.iter().map(|crowns| crowns.place(at, plant.circle.foot)).max();
+        let lives = match place.unwrap_or(Place::Open) {
+            Place::Open => true,
+            Place::Shaded => plant.tolerance < rule.shade,
+            Place::Taken => false,
+        };
+        lives.then_some(plant)
+    }
+}

@@ -1,0 +1,146 @@
+//! Triangles of models on the device: each once, in a few large buffers.
+
+use crate::core::mesh::Mesh;
+use crate::gpu::{self, Buffer, Gpu, Recorder};
+use crate::scene::{Level, Material, Population};
+use crate::shaders::{self, Vertex};
+use glam::{Vec2, Vec3};
+use std::ops::Range;
+
+/// The levels of all models that a picture shows.
+pub struct Shapes {
+    pub pools: Vec<Pool>,
+    pub materials: Buffer<shaders::Material>,
+    /// By model and level; `None` where the level is not shown.
+    places: Vec<Vec<Option<Place>>>,
+}
+
+/// Triangles of several levels.
+pub struct Pool {
+    pub vertices: Buffer<Vertex>,
+    pub indices: Buffer<u32>,
+}
+
+/// Where a level lies.
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// Index into [`Shapes::pools`].
+    pub pool: usize,
+    pub first_vertex: u32,
+    pub indices: Range<u32>,
+}
+
+/// A binding may be limited to 128 MiB: a pool that has this much is full, and only a level that is larger alone can
+/// pass the limit.
+const POOL_BYTES: usize = 32 << 20;
+
+impl Shapes {
+    /// Uploads the levels that `shown` (by model and level) names.
+    ///
+    /// # Errors
+    /// No memory, or a level beyond what a binding holds.
+    pub fn new(gpu: &Gpu, population: &Population, shown: &[Vec<bool>]) -> gpu::Result<Shapes> {
+        let mut pools = Vec::new();
+        let mut filling = Filling::default();
+        let mut places = Vec::new();
+        let mut first_material = 0;
+        for (model, shown) in population.models.iter().zip(shown) {
+            let mut levels = Vec::new();
+            for (level, shown) in model.levels.iter().zip(shown) {
+                if filling.bytes() > POOL_BYTES {
+                    pools.push(std::mem::take(&mut filling).upload(gpu)?);
+                }
+                levels.push(shown.then(|| filling.add(level, first_material, pools.len())));
+            }
+            places.push(levels);
+            first_material += model.materials.len() as u32;
+        }
+        if filling.bytes() > 0 {
+            pools.push(filling.upload(gpu)?);
+        }
+        let materials: Vec<_> =
+            population.models.iter().flat_map(|model| &model.materials).map(material).collect();
+        Ok(Shapes { pools, places, materials: upload(gpu, "materials", &materials)? })
+    }
+
+    pub fn place(&self, model: u32, level: u32) -> Option<&Place> {
+        self.places.get(model as usize)?.get(level as usize)?.as_ref()
+    }
+}
+
+/// Bytes that a level takes on the device.
+pub fn bytes(level: &Level) -> u64 {
+    let part = |mesh: &Mesh| mesh.positions.len() * size_of::<Vertex>() + mesh.triangles.len() * 12;
+    level.parts.iter().map(|it| part(&it.mesh) as u64).sum()
+}
+
+pub fn upload<T: bytemuck::Pod>(gpu: &Gpu, name: &str, values: &[T]) -> gpu::Result<Buffer<T>> {
+    let buffer = Buffer::new(gpu, name, values.len())?;
+    let mut rec = Recorder::new(gpu);
+    rec.upload(&buffer, values);
+    rec.submit()?.wait()?;
+    Ok(buffer)
+}
+
+/// A pool before it is uploaded.
+#[derive(Default)]
+struct Filling {
+    vertices: Vec<Vertex>,
+    indices: Vec<u32>,
+}
+
+impl Filling {
+    fn bytes(&self) -> usize {
+        self.vertices.len() * size_of::<Vertex>() + self.indices.len() * 4
+    }
+
+    fn add(&mut self, level: &Level, first_material: u32, pool: usize) -> Place {
+        let (first_vertex, first_index) = (self.vertices.len() as u32, self.indices.len() as u32);
+        for part in &level.parts {
+            let mesh = &part.mesh;
+            let first = self.vertices.len() as u32 - first_vertex;
+            let material = first_material + part.material as u32;
+            let corners = mesh.positions.iter().zip(&mesh.normals).zip(&mesh.uvs);
+            self.vertices.extend(corners.map(|((&position, &normal), &uv)| Vertex {
+                position,
+                normal: packed_direction(normal.into()),
+                uv,
+                material,
+            }));
+            self.indices.extend(mesh.triangles.as_flattened().iter().map(|index| first + index));
+        }
+        Place { pool, first_vertex, indices: first_index..self.indices.len() as u32 }
+    }
+
+    fn upload(self, gpu: &Gpu) -> gpu::Result<Pool> {
+        Ok(Pool {
+            vertices: upload(gpu, "vertices", &self.vertices)?,
+            indices: upload(gpu, "indices", &self.indices)?,
+        })
+    }
+}
+
+fn material(material: &Material) -> shaders::Material {
+    shaders::Material {
+        reflectance_from: material.reflectance[0],
+        reflectance_to: material.reflectance[1],
+        transmittance: material.transmittance,
+        position_factor: material.position_factor,
+        value_factor: material.value_factor,
+        refractive_index: material.refractive_index,
+        roughness: material.roughness,
+    }
+}
+
+/// The twin of `pack_direction` in `glsl/lib/octahedron.glsl`.
+fn packed_direction(direction: Vec3) -> u32 {
+    let side = |value: f32| if value >= 0.0 { 1.0 } else { -1.0 };
+    let Vec3 { x, y, z } = direction / direction.abs().element_sum().max(f32::MIN_POSITIVE);
+    let at = if y >= 0.0 {
+        Vec2::new(x, z)
+    } else {
+        Vec2::new((1.0 - z.abs()) * side(x), (1.0 - x.abs()) * side(z))
+    };
+    let [low, high] = at.to_array().map(|value| (value.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
+    u32::from(high) << 16 | u32::from(low)
+}
