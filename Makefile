@@ -9,10 +9,14 @@ PREFIX ?= $(HOME)/.local
 # Random cases a property gets from `make fuzz`.
 CASES ?= 100000
 
-.PHONY: help demo install test test-long bench fuzz lint doc
+# In the order of docs/species.md.
+SPECIES = oak beech spruce pine palm dead shrub fern grass tussock daisy poppy
+
+.PHONY: help demo species install test test-long bench fuzz lint doc
 
 help:
 	@echo 'make demo       build, and render configs/island/volcano.toml to out/volcano.png'
+	@echo 'make species    pictures of all species, in docs/pictures'
 	@echo 'make install    the program, its manual and completions for shells, below PREFIX=$(PREFIX)'
 	@echo 'make test       the test suite, on the Vulkan device that is found (lavapipe will do)'
 	@echo 'make test-long  the tests that take too long for every change'
@@ -28,6 +32,12 @@ demo:
 	@mkdir -p out
 	$(RUN) render configs/island/volcano.toml -o out/volcano.png
 	@echo 'The picture is out/volcano.png.'
+
+species:
+	@scripts/install.sh
+	$(RUN) plant $(SPECIES:%=configs/species/%.toml) -o docs/pictures/species.png
+	$(RUN) plant $(wildcard configs/species/honda_*.toml configs/species/abop_*.toml) \
+		-o docs/pictures/species_of_the_book.png --size 240x256
 
 install:
 	@scripts/install.sh

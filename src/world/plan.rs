@@ -436,11 +436,22 @@ impl Check<'_> {
     }
 
     fn surface(&mut self, surface: &scene::Surface) {
-        for (name, [begin, end]) in [("rock_slope", surface.rock_slope), ("dry_height", surface.dry_height)] {
+        let mut rows = vec![("rock_slope", surface.rock_slope), ("dry_height", surface.dry_height)];
+        if let Some(snow) = &surface.snow {
+            rows.extend([("snow.height", snow.height), ("snow.slope", snow.slope)]);
+        }
+        for (name, [begin, end]) in rows {
             if begin >= end {
-                let place = KeyPath::from("surface").join(name);
+                let place = name.split('.').fold(KeyPath::from("surface"), |place, part| place.join(part));
                 self.refuse(&[place], Complaint::new("must rise", "the first number below the second"));
             }
+        }
+        if let Some(scene::ByHeight { rock_start, ground_end, .. }) = surface.by_height
+            && ground_end <= rock_start
+        {
+            let place = KeyPath::from("surface.by_height");
+            let complaint = Complaint::new("must lie above `rock_start`", format!("{rock_start} m and more"));
+            self.refuse(&[place.join("ground_end"), place.join("rock_start")], complaint);
         }
     }
 
