@@ -53,6 +53,7 @@ fn sandbox(gpu: &Gpu, grid: Grid, height: impl Fn(f32, f32) -> f32) -> Scene {
             beach_slope: 10.0,
             // Far below what any sample resolves.
             patch_size: 1e-4,
+            by_height: None,
         },
         population: Population::default(),
         camera: Camera { view: straight_down(1000.0), fov: 0.2 },

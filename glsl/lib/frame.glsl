@@ -62,6 +62,11 @@ layout(binding = 0, scalar) uniform Frame {
     float beach_height;
     float beach_slope;
     float patch_size;
+    vec2 by_height;          // where rock begins, and where only rock is left; equal where height alone does not decide
+    vec3 ground_colours[2];
+    vec2 ground_factors;     // of position (1/m) and of value
+    vec3 rock_colours[2];
+    vec2 rock_factors;
 } frame;
 
 const float PI = 3.14159265358979;

@@ -40,12 +40,16 @@ vec3 mixed(Material material, float noise) {
     return mix(material.reflectance_from, material.reflectance_to, share);
 }
 
-// Colours at `point`, where a sample covers `footprint` metres: mix(from, to, clamp(noise(p · position_factor) ·
-// value_factor, 0, 1)) (Rudzki 2020, equation 2.1). What the sample can't resolve is the mean.
-Coat coat(Material material, vec3 point, uint random, float footprint) {
+// The noise at `point`, 0…1, where a sample covers `footprint` metres. What the sample can't resolve is the mean.
+float seen_noise(Material material, vec3 point, float footprint) {
     float seen = smoothstep(1.0, 3.0, 1.0 / max(material.position_factor * footprint, 1e-9));
-    float noise = 0.5;
-    if (seen > 0.0) noise += 0.5 * seen * perlin(point * material.position_factor);
+    return seen > 0.0 ? 0.5 + 0.5 * seen * perlin(point * material.position_factor) : 0.5;
+}
+
+// Colours at `point`, where a sample covers `footprint` metres: mix(from, to, clamp(noise(p · position_factor) ·
+// value_factor, 0, 1)) (Rudzki 2020, equation 2.1).
+Coat coat(Material material, vec3 point, uint random, float footprint) {
+    float noise = seen_noise(material, point, footprint);
     vec3 mean = mixed(material, 0.5);
     vec3 here = mixed(material, noise);
     vec3 varied = variation(random);

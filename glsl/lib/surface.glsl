@@ -3,6 +3,8 @@
 #ifndef SURFACE_GLSL
 #define SURFACE_GLSL
 
+#include "lib/material.glsl"
+
 // A place on the ground and what is known of it.
 struct Place {
     vec3 point;
@@ -19,7 +21,23 @@ struct Ground {
     vec3 normal;       // with the texture's relief
 };
 
+// Two colours that noise mixes: see lib/material.glsl.
+vec3 mixture(vec3 colours[2], vec2 factors, Place place) {
+    Material material = Material(colours[0], colours[1], vec3(0.0), factors.x, factors.y, 1.0, 1.0);
+    return mixed(material, seen_noise(material, place.point, place.footprint));
+}
+
+// Ground below and rock above (Rudzki 2020, section 2.3).
+Ground ground_by_height(Place place) {
+    float share = clamp((frame.by_height.y - place.point.y) / (frame.by_height.y - frame.by_height.x), 0.0, 1.0);
+    vec3 soil = mixture(frame.ground_colours, frame.ground_factors, place);
+    vec3 rock = mixture(frame.rock_colours, frame.rock_factors, place);
+    return Ground(vec4(share, 1.0 - share, 0.0, 0.0), mix(rock, soil, share), normal_from_slope(place.slope));
+}
+
 Ground ground(Place place) {
+    if (frame.by_height.y > frame.by_height.x) return ground_by_height(place);
+
     vec2 xz = place.point.xz;
     float above = place.point.y - frame.sea_level;
     float steepness = atan(length(place.slope));

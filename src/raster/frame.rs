@@ -3,7 +3,7 @@
 use super::{Quality, light::sky_irradiance};
 use crate::core::camera::Pinhole;
 use crate::gpu::Buffer;
-use crate::scene::{Film, Perez, Scene, Sky};
+use crate::scene::{ByHeight, Film, Mixture, Perez, Scene, Sky};
 use crate::shaders::{Frame, Patch};
 
 /// What a picture's passes share.
@@ -65,7 +65,21 @@ pub(super) fn values(
         patch_size: surface.patch_size,
         ..Frame::default()
     };
+    let frame = with_heights(frame, surface.by_height.as_ref());
     with_air(with_sky(with_sun(frame, scene), &light.sky), scene)
+}
+
+fn with_heights(frame: Frame, by_height: Option<&ByHeight>) -> Frame {
+    let Some(ByHeight { ground, rock, rock_start, ground_end }) = by_height else { return frame };
+    let factors = |mixture: &Mixture| [mixture.position_factor, mixture.value_factor];
+    Frame {
+        by_height: [*rock_start, *ground_end],
+        ground_colours: [ground.reflectance, ground.second_reflectance],
+        ground_factors: factors(ground),
+        rock_colours: [rock.reflectance, rock.second_reflectance],
+        rock_factors: factors(rock),
+        ..frame
+    }
 }
 
 fn with_sun(frame: Frame, scene: &Scene) -> Frame {

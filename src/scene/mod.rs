@@ -125,6 +125,27 @@ pub struct Surface {
     pub beach_slope: f32,
     /// Size of the largest patches in the procedural mottling, metres.
     pub patch_size: f32,
+    /// In place of all that is above.
+    pub by_height: Option<ByHeight>,
+}
+
+/// Ground below and rock above, mixed in between in proportion to the height (Rudzki 2020, §2.3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ByHeight {
+    pub ground: Mixture,
+    pub rock: Mixture,
+    /// Heights above the datum at which rock begins and at which only rock is left, metres.
+    pub rock_start: f32,
+    pub ground_end: f32,
+}
+
+/// Two colours that noise mixes, as in a [`Material`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mixture {
+    pub reflectance: [f32; 3],
+    pub second_reflectance: [f32; 3],
+    pub position_factor: f32,
+    pub value_factor: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

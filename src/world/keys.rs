@@ -523,6 +523,37 @@ section! {
         beach_slope = number(14.0, DEGREES, 0.0..=90.0),
         /// Size of the largest patches of colour.
         patch_size = number(400.0, M, 0.01..=100_000.0),
+        /// Two materials by height alone, in place of all that is above.
+        by_height = word_or("none", "All that is above decides.", table::<scene::ByHeight>()),
+    }
+}
+
+section! {
+    /// Ground below and rock above, mixed in between in proportion to the height (Rudzki 2020, section 2.3).
+    for scene::ByHeight {
+        /// The ground.
+        ground = table::<scene::Mixture>(),
+        /// The rock.
+        rock = table::<scene::Mixture>(),
+        /// Height above the datum at which rock begins.
+        rock_start = number(10.0, M, -1e5..=1e5),
+        /// Height above the datum at which only rock is left.
+        ground_end = number(20.0, M, -1e5..=1e5),
+    }
+}
+
+section! {
+    /// A colour that noise mixes of two: `mix(reflectance, second_reflectance, clamp(noise(p · position_factor) ·
+    /// value_factor, 0, 1))`, with Perlin's noise of 2002 from 0 to 1 at the place p (Rudzki 2020, equation 2.1).
+    for scene::Mixture {
+        /// Light that it scatters back.
+        reflectance = colour("#576c30"),
+        /// The other colour.
+        second_reflectance = colour("#675f58"),
+        /// How fine the mixture is.
+        position_factor = number(1.0, PER_M, 0.0..=10_000.0),
+        /// How strong it is.
+        value_factor = number(1.0, NONE, 0.0..=100.0),
     }
 }
 

@@ -442,6 +442,13 @@ impl Check<'_> {
                 self.refuse(&[place], Complaint::new("must rise", "the first number below the second"));
             }
         }
+        if let Some(scene::ByHeight { rock_start, ground_end, .. }) = surface.by_height
+            && ground_end <= rock_start
+        {
+            let place = KeyPath::from("surface.by_height");
+            let complaint = Complaint::new("must lie above `rock_start`", format!("{rock_start} m and more"));
+            self.refuse(&[place.join("ground_end"), place.join("rock_start")], complaint);
+        }
     }
 
     fn light(&mut self, world: &keys::World) -> scene::Light {
