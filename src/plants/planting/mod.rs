@@ -1,7 +1,7 @@
 //! Where plants stand.
 //!
-//! Rules are followed in order. Each finds places ([`scatter`], [`cover`], [`grid`]), asks whether its plants like the ground
-//! there ([`site`]) and whether earlier ones leave them light ([`shade`]), and stands them on it ([`stand`]).
+//! Rules are followed in order. Each finds places (`scatter`, `cover`, `grid`), asks whether its plants like the ground
+//! there (`site`) and whether earlier ones leave them light (`shade`), and stands them on it (`stand`).
 
 mod cover;
 mod darts;
@@ -25,7 +25,7 @@ pub use site::{Footing, Patches, Ramp, Site};
 
 use super::species::Species;
 use crate::core::camera::Pinhole;
-use crate::scene::Instance;
+use crate::scene::{Instance, Model};
 use glam::Vec2;
 use random::Random;
 use shade::{Circle, Crowns, Place};
@@ -37,6 +37,32 @@ use std::sync::Arc;
 pub struct Plan {
     pub species: Vec<Arc<Species>>,
     pub rules: Vec<Rule>,
+}
+
+impl Plan {
+    /// The plants that have to grow: of each species that a rule plants all variants, as indices of species with the number
+    /// of the variant, species by species.
+    pub fn variants(&self) -> Vec<(usize, u32)> {
+        let planted = |index: &usize| self.rules.iter().flat_map(|rule| &rule.kinds).any(|(kind, _)| kind == index);
+        let species = (0..self.species.len()).filter(planted);
+        species.flat_map(|index| (0..self.species[index].variants).map(move |variant| (index, variant))).collect()
+    }
+
+    /// The kinds that rules name, from the models of [`Plan::variants`], in that order.
+    pub fn kinds(&self, models: &[Arc<Model>]) -> Vec<Kind> {
+        let variants = self.variants();
+        let kind = |(index, species): (usize, &Arc<Species>)| {
+            let range = variants.partition_point(|(other, _)| *other < index)
+                ..variants.partition_point(|(other, _)| *other <= index);
+            Kind::of_models(&species.name, range.start as u32, models.get(range).unwrap_or_default())
+        };
+        self.species.iter().enumerate().map(kind).collect()
+    }
+
+    /// What the rules need to know of the land.
+    pub fn needs(&self) -> Needs {
+        self.rules.iter().map(|rule| rule.site.needs()).fold(Needs::default(), Needs::or)
+    }
 }
 
 /// A rule that places plants.
