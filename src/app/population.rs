@@ -6,8 +6,7 @@ use crate::core::hash::derive_seed;
 use crate::core::memory::mebibytes;
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f};
 use crate::plants::derive::Limits;
-use crate::plants::planting::{Ground, Kind, Needs, Planter};
-use crate::plants::species::Species;
+use crate::plants::planting::{Ground, Kind, Planter};
 use crate::scene::{Camera, Film, Instance, Model, Population, View};
 use crate::terrain::{Layer, Simulation};
 use crate::world::World;
@@ -69,26 +68,15 @@ fn told(instances: &[Instance], models: &[Arc<Model>]) -> String {
 
 /// The kinds that rules name, and the models of those that any of them plants. Variants grow side by side.
 fn grow(world: &World, session: &mut Session) -> Result<(Vec<Kind>, Vec<Arc<Model>>), Error> {
-    let planted =
-        |index: usize| world.plants.rules.iter().flat_map(|rule| &rule.kinds).any(|(kind, _)| *kind == index);
-    let species: Vec<(&Arc<Species>, u32)> = world
-        .plants
-        .species
-        .iter()
-        .enumerate()
-        .map(|(index, species)| (species, if planted(index) { species.variants } else { 0 }))
-        .collect();
-    let variants: Vec<(&Arc<Species>, u32)> = species
-        .iter()
-        .flat_map(|(species, count)| (0..*count).map(move |variant| (*species, variant)))
-        .collect();
+    let variants = world.plants.variants();
     let mut models = Vec::new();
     for some in variants.chunks(2 * rayon::current_num_threads()) {
         session.progress.show("growing", models.len() as u64, variants.len() as u64);
         interrupt::check(&session.report)?;
         let grown: Vec<Result<Arc<Model>, Error>> = some
             .par_iter()
-            .map(|(species, variant)| {
+            .map(|(index, variant)| {
+                let species = &world.plants.species[*index];
                 let seed = derive_seed(world.seed, &format!("plants.{}", species.name));
                 let model = species.grow(seed, *variant, &Limits::default());
                 model.map(Arc::new).map_err(|source| Error::Grow { species: species.name.clone(), source })
@@ -100,23 +88,8 @@ fn grow(world: &World, session: &mut Session) -> Result<(Vec<Kind>, Vec<Arc<Mode
     }
     session.progress.show("growing", models.len() as u64, variants.len() as u64);
     session.progress.end();
-    let mut kinds = Vec::new();
-    let mut first = 0;
-    for (species, count) in species {
-        let own = &models[first..first + count as usize];
-        kinds.push(Kind::of_models(&species.name, first as u32, own));
-        first += own.len();
-    }
-    for model in &world.plants.models {
-        kinds.push(Kind::of_solid(models.len() as u32, model));
-        models.push(model.clone());
-    }
-    Ok((kinds, models))
-}
-
-/// What the rules need to know of the land.
-pub fn needs(world: &World) -> Needs {
-    world.plants.rules.iter().map(|rule| rule.site.needs()).fold(Needs::default(), Needs::or)
+    models.extend(world.plants.models.iter().cloned());
+    Ok((world.plants.kinds(&models), models))
 }
 
 fn ground(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Ground, Error> {
@@ -124,7 +97,7 @@ fn ground(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Ground, E
         let exists = needed && layer.exists_in(simulation.plan());
         Ok(if exists { download(gpu, &simulation.layer(layer)?)? } else { Vec::new() })
     };
-    let needs = needs(world);
+    let needs = world.plants.needs();
     let mut ground = Ground::new(simulation.plan().grid, simulation.sea_level(), layer(Layer::Height, true)?);
     ground.water = layer(Layer::Water, true)?;
     ground.wetness = layer(Layer::Wetness, needs.wetness)?;

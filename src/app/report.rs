@@ -1,7 +1,7 @@
 //! What `--json` prints: one object about the run, whether it went well or not.
 
 use super::{Error, cli::output};
-use crate::bench::Bench;
+use crate::bench::{Bench, Forest};
 use crate::formats::file::Written;
 use serde::Serialize;
 use std::fmt::Display;
@@ -47,6 +47,8 @@ pub enum Details {
     /// `rows` and what they were measured on.
     #[serde(untagged)]
     Bench(Bench),
+    #[serde(untagged)]
+    Forest(Forest),
 }
 
 #[derive(Serialize)]

@@ -1,4 +1,5 @@
-//! How fast land is made here: each process on the device, beside the same steps in plain Rust ([`native`]).
+//! How fast land is made here: each process on the device, beside the same steps in plain Rust ([`native`]); and how fast a
+//! large forest is ([`mod@forest`]).
 //!
 //! What is compared is work, not waiting: on a CPU device the time that the threads of this process were busy, over the
 //! cores; on a GPU its own timestamps. Device and native version take turns in batches, so that whatever slows the
@@ -7,13 +8,17 @@
 
 mod clock;
 mod estimate;
+pub mod forest;
+mod memory;
 pub mod native;
 
 pub use estimate::estimate;
+pub use forest::{Forest, forest};
 
 use crate::{
     core::grid::Grid,
     gpu::{self, DeviceKind, Gpu, Image, Recorder, format::Rgba32f},
+    plants,
     terrain::{
         Fields, Plan, Process,
         hydraulic::Hydraulic,
@@ -50,6 +55,12 @@ pub enum Error {
     Gpu(#[from] gpu::Error),
     #[error(transparent)]
     World(#[from] world::Error),
+    #[error(transparent)]
+    Grow(#[from] plants::species::Error),
+    #[error(transparent)]
+    Planting(#[from] plants::planting::Error),
+    #[error("the world of the bench is no document: {0}")]
+    Document(String),
     #[error("the native version leaves out what the world of the bench has")]
     NotCovered,
     #[error("stopped before everything was measured")]

@@ -7,6 +7,7 @@ pub mod field;
 pub mod forest;
 pub mod island;
 pub mod land;
+pub mod picture;
 pub mod tiff;
 
 use std::{

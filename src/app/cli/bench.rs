@@ -1,26 +1,27 @@
-//! `terrane bench`: how fast this machine makes land.
+//! `terrane bench`: how fast this machine makes land, and plants it.
 
 use super::options::{DeviceOptions, OutputOptions};
 use super::output::print;
 use crate::app::report::Details;
 use crate::app::{Error, Session, interrupt, land};
 use crate::bench::{self, Bench};
+use crate::gpu::Gpu;
 use clap::{Args, ValueEnum, value_parser};
 use std::time::Duration;
 
-/// Measure how fast this machine makes land, beside the same steps in plain Rust
+/// Measure how fast this machine makes land, beside the same steps in plain Rust, and how fast it plants a forest
 #[derive(Args)]
 pub struct Arguments {
     /// What to measure
     #[arg(value_enum, default_value = "terrain")]
     subject: Subject,
 
-    /// Samples along a side, from 32 to 4096; several with commas between, for example --cells 512,1024
+    /// With terrain: samples along a side, from 32 to 4096; several with commas between, for example --cells 512,1024
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "512,2048")]
     #[arg(value_parser = value_parser!(u32).range(32..=4096))]
     cells: Vec<u32>,
 
-    /// Seconds for each row of the table
+    /// With terrain: seconds for each row of the table
     #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = seconds)]
     time: Duration,
 
@@ -34,25 +35,43 @@ pub struct Arguments {
 enum Subject {
     /// Base terrain, erosion, reef
     Terrain,
+    /// A million plants of ten species
+    Forest,
 }
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
+    match arguments.subject {
+        Subject::Terrain => terrain(&gpu, arguments, session),
+        Subject::Forest => forest(&gpu, arguments, session),
+    }
+}
+
+fn terrain(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let options = bench::Options { cells: arguments.cells.clone(), time: arguments.time };
-    let mut bench = Bench::new(&gpu)?;
-    let measured = match arguments.subject {
-        Subject::Terrain => bench.terrain(&gpu, &options, interrupt::requested, |row| {
-            let bench::Row { name, size, ns_per_cell, .. } = row;
-            session.progress.say(&format!("{name}: {ns_per_cell:.2} ns a cell at {size} × {size}"));
-        }),
-    };
+    let mut bench = Bench::new(gpu)?;
+    let measured = bench.terrain(gpu, &options, interrupt::requested, |row| {
+        let bench::Row { name, size, ns_per_cell, .. } = row;
+        session.progress.say(&format!("{name}: {ns_per_cell:.2} ns a cell at {size} × {size}"));
+    });
     // The rows that are done count, whatever became of the others.
     if !arguments.output.json && !bench.rows.is_empty() {
         print(bench.to_string().as_bytes())?;
     }
     session.report.details = Some(Details::Bench(bench));
     Ok(measured?)
+}
+
+fn forest(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let forest = bench::forest(gpu, interrupt::requested, |row| {
+        session.progress.say(&format!("{}: {:.2} s", row.name, row.seconds));
+    })?;
+    if !arguments.output.json {
+        print(forest.to_string().as_bytes())?;
+    }
+    session.report.details = Some(Details::Forest(forest));
+    Ok(())
 }
 
 /// Reads a time, up to a minute.

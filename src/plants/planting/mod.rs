@@ -1,7 +1,7 @@
 //! Where plants stand.
 //!
-//! Rules are followed in order. Each finds places ([`scatter`], [`cover`], [`grid`], [`spots`]), asks whether its plants like the ground
-//! there ([`site`]) and whether earlier ones leave them light ([`shade`]), and stands them on it ([`stand`]).
+//! Rules are followed in order. Each finds places (`scatter`, `cover`, `grid`, `spots`), asks whether its plants like the
+//! ground there (`site`) and whether earlier ones leave them light (`shade`), and stands them on it (`stand`).
 
 mod cover;
 mod darts;
@@ -44,6 +44,34 @@ pub struct Plan {
     pub rules: Vec<Rule>,
     /// What stands already, whatever the ground.
     pub standing: Vec<Population>,
+}
+
+impl Plan {
+    /// The plants that have to grow: of each species that a rule plants all variants, as indices of species with the number
+    /// of the variant, species by species.
+    pub fn variants(&self) -> Vec<(usize, u32)> {
+        let planted = |index: &usize| self.rules.iter().flat_map(|rule| &rule.kinds).any(|(kind, _)| kind == index);
+        let species = (0..self.species.len()).filter(planted);
+        species.flat_map(|index| (0..self.species[index].variants).map(move |variant| (index, variant))).collect()
+    }
+
+    /// The kinds that rules name, of these models: those of [`Plan::variants`] and [`Plan::models`], in that order.
+    pub fn kinds(&self, models: &[Arc<Model>]) -> Vec<Kind> {
+        let variants = self.variants();
+        let kind = |(index, species): (usize, &Arc<Species>)| {
+            let range = variants.partition_point(|(other, _)| *other < index)
+                ..variants.partition_point(|(other, _)| *other <= index);
+            Kind::of_models(&species.name, range.start as u32, models.get(range).unwrap_or_default())
+        };
+        let solid = |(index, model)| Kind::of_solid((variants.len() + index) as u32, model);
+        let species = self.species.iter().enumerate().map(kind);
+        species.chain(self.models.iter().enumerate().map(solid)).collect()
+    }
+
+    /// What the rules need to know of the land.
+    pub fn needs(&self) -> Needs {
+        self.rules.iter().map(|rule| rule.site.needs()).fold(Needs::default(), Needs::or)
+    }
 }
 
 /// A rule that places plants.
