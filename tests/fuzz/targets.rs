@@ -16,12 +16,14 @@ pub struct Target {
     pub name: &'static str,
     /// Sound files, and some that are known to be wrong.
     pub corpus: fn(folder: &Path) -> Vec<Files>,
-    /// Reads files; `folder` is for those that must lie somewhere. What came of it, in words: what leads to a new
-    /// outcome is damaged further.
-    pub read: fn(folder: &Path, files: &Files) -> String,
+    /// Reads files; `folder` is for those that must lie somewhere.
+    pub read: fn(folder: &Path, files: &Files) -> Outcome,
     /// What the language knows.
     pub words: &'static [&'static str],
 }
+
+/// What came of it, in words: what leads to a new outcome is damaged further.
+pub type Outcome = Result<String, String>;
 
 pub const TARGETS: [Target; 6] = [
     Target { name: "grammars", corpus: grammars, read: read_grammar, words: GRAMMAR },
@@ -46,10 +48,11 @@ const GRAMMAR: &[&str] = &[
 fn grammars(_: &Path) -> Vec<Files> {
     let species = files_in("configs/species", "toml").into_iter();
     let parts = species.flat_map(|(_, bytes)| {
-        let text = String::from_utf8(bytes).unwrap();
-        let quoted = text.replace("\"\"\"", "'''");
-        let grammars = quoted.split("'''").skip(1).step_by(2).map(str::to_owned);
-        grammars.collect::<Vec<_>>()
+        let species: toml_edit::DocumentMut = String::from_utf8(bytes).unwrap().parse().unwrap();
+        let organs = species.get("organs").and_then(|organs| organs.as_table_like());
+        let organs = organs.into_iter().flat_map(|organs| organs.iter().map(|(_, organ)| organ.get("grammar")));
+        let grammars = organs.chain([species.get("grammar")]).flatten();
+        grammars.filter_map(|grammar| grammar.as_str().map(str::to_owned)).collect::<Vec<_>>()
     });
     let conformance = include_str!("../data/lsystem_conformance.json");
     let conformance: serde_json::Value = serde_json::from_str(conformance).unwrap();
@@ -64,13 +67,13 @@ fn grammars(_: &Path) -> Vec<Files> {
     parts.chain(systems).map(|text| one("grammar", text.into_bytes())).collect()
 }
 
-fn read_grammar(_: &Path, files: &Files) -> String {
+fn read_grammar(_: &Path, files: &Files) -> Outcome {
     let text = String::from_utf8_lossy(&files[0].1);
     let grammar = match Grammar::parse(&text, "+-") {
         Ok(grammar) => grammar,
         Err(error) => {
             assert!(text.get(error.span.clone()).is_some(), "{error} points beside the text: {:?}", error.span);
-            return error.to_string();
+            return Err(error.to_string());
         }
     };
     for warning in grammar.warnings() {
@@ -78,11 +81,11 @@ fn read_grammar(_: &Path, files: &Files) -> String {
     }
     let mut outcome = format!("{} warnings", grammar.warnings().len());
     match grow(&grammar) {
-        Ok(told) => outcome + &told,
+        Ok(told) => Ok(outcome + &told),
         Err((error, span)) => {
             assert!(text.get(span.clone()).is_some(), "{error} points beside the text: {span:?}");
             outcome += &error;
-            outcome
+            Err(outcome)
         }
     }
 }
@@ -117,16 +120,16 @@ fn worlds(_: &Path) -> Vec<Files> {
     files.map(|(_, bytes)| one("world.toml", bytes)).chain([one("world.toml", converted.into_bytes())]).collect()
 }
 
-fn read_world(folder: &Path, files: &Files) -> String {
+fn read_world(folder: &Path, files: &Files) -> Outcome {
     match world::parse("world.toml", &files[0].1, folder, &Overrides::default()) {
-        Ok(world) => format!(
+        Ok(world) => Ok(format!(
             "{} warnings, {} species, {} rules, {} layers",
             world.warnings.len().min(5),
             world.plants.species.len().min(3),
             world.plants.rules.len().min(3),
             world.plan.layers.len().min(4)
-        ),
-        Err(error) => error.to_string(),
+        )),
+        Err(error) => Err(error.to_string()),
     }
 }
 
@@ -141,19 +144,20 @@ fn all_species(_: &Path) -> Vec<Files> {
     files_in("configs/species", "toml").into_iter().map(|(_, bytes)| one("plant.toml", bytes)).collect()
 }
 
-fn read_species(_: &Path, files: &Files) -> String {
+fn read_species(_: &Path, files: &Files) -> Outcome {
     let loaded = match species::parse("plant.toml", &files[0].1) {
         Ok(loaded) => loaded,
-        Err(error) => return error.to_string(),
+        Err(error) => return Err(error.to_string()),
     };
     match loaded.species.grow(1, 0, &LIMITS) {
         Ok(model) => {
             for part in model.levels.iter().flat_map(|level| &level.parts) {
                 check_mesh(&part.mesh, part.material, &model);
             }
-            format!("{} warnings, {} levels, {} materials", loaded.warnings.len(), model.levels.len(), model.materials.len())
+            let (levels, materials) = (model.levels.len(), model.materials.len());
+            Ok(format!("{} warnings, {levels} levels, {materials} materials", loaded.warnings.len()))
         }
-        Err(error) => loaded.source.blame(&error).to_string(),
+        Err(error) => Err(loaded.source.blame(&error).to_string()),
     }
 }
 
@@ -205,7 +209,7 @@ fn below(root: &Path, path: &Path) -> Files {
     entries.into_iter().flat_map(read).collect()
 }
 
-fn read_folder(folder: &Path, files: &Files) -> String {
+fn read_folder(folder: &Path, files: &Files) -> Outcome {
     let mut settings = Folder { name: "settings".into(), ..Folder::default() };
     for (name, bytes) in files {
         if let Some((within, _)) = name.rsplit_once('/') {
@@ -215,11 +219,11 @@ fn read_folder(folder: &Path, files: &Files) -> String {
     }
     let converted = match thesis::convert(&settings) {
         Ok(converted) => converted,
-        Err(error) => return error.to_string(),
+        Err(error) => return Err(error.to_string()),
     };
     // Whatever passes is a world; only how its plants grow may still be wrong.
     match world::parse("settings", converted.text.as_bytes(), folder, &Overrides::default()) {
-        Ok(world) => format!("{} species, {} rules", world.plants.species.len(), world.plants.rules.len()),
+        Ok(world) => Ok(format!("{} species, {} rules", world.plants.species.len(), world.plants.rules.len())),
         Err(error) => panic!("the folder was taken and became no world: {error}\n{}", converted.text),
     }
 }
@@ -305,7 +309,7 @@ fn model() -> Model {
     Model { name: "model".into(), materials, levels: vec![level(0.0, 8), level(0.5, 4)] }
 }
 
-fn read_model(folder: &Path, files: &Files) -> String {
+fn read_model(folder: &Path, files: &Files) -> Outcome {
     for (name, bytes) in files {
         write(folder, name, bytes);
     }
@@ -328,7 +332,7 @@ fn read_model(folder: &Path, files: &Files) -> String {
     for (name, _) in files {
         let _ = fs::remove_file(folder.join(name));
     }
-    outcome.unwrap_or_else(|error| error.to_string())
+    outcome.map_err(|error| error.to_string())
 }
 
 // Maps ---------------------------------------------------------------------------------------------------------------
@@ -368,7 +372,7 @@ fn maps(folder: &Path) -> Vec<Files> {
     corpus
 }
 
-fn read_map(folder: &Path, files: &Files) -> String {
+fn read_map(folder: &Path, files: &Files) -> Outcome {
     for (name, bytes) in files {
         write(folder, name, bytes);
     }
@@ -377,9 +381,9 @@ fn read_map(folder: &Path, files: &Files) -> String {
         Ok(map) => {
             assert_eq!(map.values.len(), map.width as usize * map.height as usize);
             assert!(map.values.iter().all(|value| value.is_finite()));
-            format!("{:?} {:?} {:?}", map.scale, map.range.is_some(), map.tile.is_some())
+            Ok(format!("{:?} {:?} {:?}", map.scale, map.range.is_some(), map.tile.is_some()))
         }
-        Err(error) => error.to_string(),
+        Err(error) => Err(error.to_string()),
     };
     for (name, _) in files {
         let _ = fs::remove_file(folder.join(name));
