@@ -117,7 +117,10 @@ fn what_is_hardly_meant_is_warned_of() {
         let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\norgans.F.grammar = 'axiom F'\n");
         let loaded = species::parse("plant.toml", file.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
         let told = loaded.warnings.join("\n");
-        assert!(told.contains(wanted) && told.contains(&format!("plant.toml:{line}:")), "{grammar:?}: {told}");
+        assert!(
+            told.contains(wanted) && told.contains(&format!("plant.toml:{line}:")),
+            "{grammar:?}: {told}"
+        );
     }
 }
 
@@ -132,7 +135,7 @@ const GROWTH: &[(&str, &str, &str, &[&str])] = &[
     ("steps = 40", "axiom A\nA -> A(1,2,3,4,5,6,7,8)A(1,2,3,4,5,6,7,8)A\nA(a,b,c,d,e,f,g,h) -> A(a,b,c,d,e,f,g,h)A(a,b,c,d,e,f,g,h)", "6:1", &["bytes", "are allowed"]),
     ("steps = \"auto\"", "axiom A(0)\nA(x) -> A(x+1)", "5:1", &["still changes after 100000 steps"]),
     ("steps = 3", "axiom A\nA -> *", "5:1", &["step 1", "the word is empty"]),
-    ("steps = 3", "axiom F[A%B]\nF -> %", "5:1", &["the word is empty"]),
+    ("steps = 3", "axiom F[A%B]\nF -> %", "4:7", &["step 2", "the word is empty"]),
     ("steps = 5", "axiom A(2)\nA(x) -> F(1/x)A(x-1)", "5:11", &["step 3", "the rule for `A(x)`", "division by zero"]),
     ("steps = 5", "axiom A(2)\nA(x) : 1/x > 0 -> A(x-1)", "5:8", &["division by zero"]),
     ("steps = 5", "axiom A(2)\nA(x) -> A(sqrt(x-3))", "5:11", &["step 1", "a value that is no number"]),
@@ -148,7 +151,11 @@ fn growth_is_limited_before_memory_is_taken() {
     let folder = tempfile::tempdir().unwrap();
     for (keys, grammar, place, wanted) in GROWTH {
         let name = format!("{keys}, {grammar}");
-        fs::write(folder.path().join("plant.toml"), format!("format = 1\n{keys}\ngrammar = '''\n{grammar}\n'''\n")).unwrap();
+        fs::write(
+            folder.path().join("plant.toml"),
+            format!("format = 1\n{keys}\ngrammar = '''\n{grammar}\n'''\n"),
+        )
+        .unwrap();
         let told = refused(folder.path(), 3, &name);
         assert!(wanted.iter().all(|part| told.contains(part)), "{name}:\n{told}");
         assert!(told.contains(&format!("plant.toml:{place}")) && told.contains('^'), "{name}:\n{told}");
@@ -167,7 +174,12 @@ fn drawings_are_limited_as_well() {
         ("steps = 1", "axiom F~", "", "names a sub-model"),
         ("steps = 400", "axiom A(1)\nA(x) -> F(x)A(x*10)", "", ""),
         // An organ in an organ in an organ.
-        ("steps = 10", "axiom A\nA -> [~L]A[~L]A", "[organs.L]\ngrammar = 'axiom ~M~M~M~M'\n[organs.M]\ngrammar = 'axiom ~N~N~N~N'\n[organs.N]\ngrammar = '''\naxiom F\nF -> [+F]F[-F]F\n'''\nsteps = 7", ""),
+        (
+            "steps = 10",
+            "axiom A\nA -> [~L]A[~L]A",
+            "[organs.L]\ngrammar = 'axiom ~M~M~M~M'\n[organs.M]\ngrammar = 'axiom ~N~N~N~N'\n[organs.N]\ngrammar = '''\naxiom F\nF -> [+F]F[-F]F\n'''\nsteps = 7",
+            "",
+        ),
     ] {
         let text = format!("format = 1\n{keys}\ngrammar = '''\n{grammar}\n'''\n{organs}\n");
         fs::write(folder.path().join("plant.toml"), text).unwrap();

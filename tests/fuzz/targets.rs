@@ -40,9 +40,54 @@ const LIMITS: Limits = Limits { modules: 20_000, bytes: 4 << 20, steps: 100, wor
 // Grammars -----------------------------------------------------------------------------------------------------------
 
 const GRAMMAR: &[&str] = &[
-    "axiom ", " -> ", " -(1)> ", " < ", " > ", " : ", "[", "]", "(", ")", ",", "{", "}", "%", "~", "@", "$", "|", "*",
-    "ε", "#", "\n", "\n  ", "&&", "||", "!=", "<=", ">=", "==", "rnd(0,1)", "min(", "sqrt(-1)", "ln(0)", "1/0", "^",
-    "tan(90)", "A(x)", "F(1)", "1e308", "-", "+", "x", "ß", "\t", "\r\n", "\u{feff}", "A -> AA\n", "B -> *\n",
+    "axiom ",
+    " -> ",
+    " -(1)> ",
+    " < ",
+    " > ",
+    " : ",
+    "[",
+    "]",
+    "(",
+    ")",
+    ",",
+    "{",
+    "}",
+    "%",
+    "~",
+    "@",
+    "$",
+    "|",
+    "*",
+    "ε",
+    "#",
+    "\n",
+    "\n  ",
+    "&&",
+    "||",
+    "!=",
+    "<=",
+    ">=",
+    "==",
+    "rnd(0,1)",
+    "min(",
+    "sqrt(-1)",
+    "ln(0)",
+    "1/0",
+    "^",
+    "tan(90)",
+    "A(x)",
+    "F(1)",
+    "1e308",
+    "-",
+    "+",
+    "x",
+    "ß",
+    "\t",
+    "\r\n",
+    "\u{feff}",
+    "A -> AA\n",
+    "B -> *\n",
 ];
 
 fn grammars(_: &Path) -> Vec<Files> {
@@ -50,7 +95,8 @@ fn grammars(_: &Path) -> Vec<Files> {
     let parts = species.flat_map(|(_, bytes)| {
         let species: toml_edit::DocumentMut = String::from_utf8(bytes).unwrap().parse().unwrap();
         let organs = species.get("organs").and_then(|organs| organs.as_table_like());
-        let organs = organs.into_iter().flat_map(|organs| organs.iter().map(|(_, organ)| organ.get("grammar")));
+        let organs =
+            organs.into_iter().flat_map(|organs| organs.iter().map(|(_, organ)| organ.get("grammar")));
         let grammars = organs.chain([species.get("grammar")]).flatten();
         grammars.filter_map(|grammar| grammar.as_str().map(str::to_owned)).collect::<Vec<_>>()
     });
@@ -62,7 +108,9 @@ fn grammars(_: &Path) -> Vec<Files> {
         let defines = defines.map(|(name, value)| format!("{name} = {}\n", text(value)));
         let productions = system["productions"].as_array().unwrap().iter();
         let productions = productions.map(|rule| format!("{}\n", text(rule)));
-        defines.collect::<String>() + &format!("axiom {}\n", text(&system["axiom"])) + &productions.collect::<String>()
+        defines.collect::<String>()
+            + &format!("axiom {}\n", text(&system["axiom"]))
+            + &productions.collect::<String>()
     });
     parts.chain(systems).map(|text| one("grammar", text.into_bytes())).collect()
 }
@@ -72,7 +120,11 @@ fn read_grammar(_: &Path, files: &Files) -> Outcome {
     let grammar = match Grammar::parse(&text, "+-") {
         Ok(grammar) => grammar,
         Err(error) => {
-            assert!(text.get(error.span.clone()).is_some(), "{error} points beside the text: {:?}", error.span);
+            assert!(
+                text.get(error.span.clone()).is_some(),
+                "{error} points beside the text: {:?}",
+                error.span
+            );
             return Err(error.to_string());
         }
     };
@@ -106,18 +158,52 @@ fn grow(grammar: &Grammar) -> Result<String, (String, std::ops::Range<usize>)> {
 // Worlds and species -------------------------------------------------------------------------------------------------
 
 const WORLD: &[&str] = &[
-    "[terrain]\n", "[erosion.hydraulic]\n", "[[plants]]\n", "[species.a]\n", "grammar = '''\naxiom F\n'''\n",
-    "format = 1\n", "seed = ", "\"none\"", "{ cone = {} }", "{ simplex = {} }", "{ crater = {} }",
-    "{ heightmap = { file = \"map.png\" } }", "layers = [", "]", "{", "}", "=", ".", "'''", "\"\"\"", "true", "nan",
-    "-inf", "0x7fffffffffffffff", "1979-05-27", "\\u0000", "#", "\n", "[sky.preetham]\n", "[sun.direct]\n",
-    "[camera.view.stand]\n", "[reef]\n", "stages = [", "preset = \"paper\"", "cells = 8192", "steps = \"auto\"",
+    "[terrain]\n",
+    "[erosion.hydraulic]\n",
+    "[[plants]]\n",
+    "[species.a]\n",
+    "grammar = '''\naxiom F\n'''\n",
+    "format = 1\n",
+    "seed = ",
+    "\"none\"",
+    "{ cone = {} }",
+    "{ simplex = {} }",
+    "{ crater = {} }",
+    "{ heightmap = { file = \"map.png\" } }",
+    "layers = [",
+    "]",
+    "{",
+    "}",
+    "=",
+    ".",
+    "'''",
+    "\"\"\"",
+    "true",
+    "nan",
+    "-inf",
+    "0x7fffffffffffffff",
+    "1979-05-27",
+    "\\u0000",
+    "#",
+    "\n",
+    "[sky.preetham]\n",
+    "[sun.direct]\n",
+    "[camera.view.stand]\n",
+    "[reef]\n",
+    "stages = [",
+    "preset = \"paper\"",
+    "cells = 8192",
+    "steps = \"auto\"",
 ];
 
 fn worlds(_: &Path) -> Vec<Files> {
     let folders = ["configs/island", "configs/forest", "configs/landscape", "tests/data/bad_worlds"];
     let files = folders.iter().flat_map(|folder| files_in(folder, "toml"));
     let converted = thesis::read(&root().join("tests/data/thesis/default")).unwrap().text;
-    files.map(|(_, bytes)| one("world.toml", bytes)).chain([one("world.toml", converted.into_bytes())]).collect()
+    files
+        .map(|(_, bytes)| one("world.toml", bytes))
+        .chain([one("world.toml", converted.into_bytes())])
+        .collect()
 }
 
 fn read_world(folder: &Path, files: &Files) -> Outcome {
@@ -134,10 +220,43 @@ fn read_world(folder: &Path, files: &Files) -> Outcome {
 }
 
 const SPECIES: &[&str] = &[
-    "[materials.a]\n", "[organs.L]\n", "polygons = [", "{ vertices = [", "[0, 0, 0], ", "]", "}", "~L(1)", "~a",
-    "axiom ", " -> ", "[", "(", ")", "{.", "}", "!(0.1)", "F(1)", "$", "'", "steps = \"auto\"", "steps = 3",
-    "tropism = { direction = [0, 1, 0], strength = 5 }", "height = 3", "width = 0", "draw = \"\"", "silent = \"FG\"",
-    "wood = \"a\"", "leaves = [\"a\"]", "variants = 64", "angle = 0", "1e308", "1e-300", "'''", "\"\"\"", "\n", "#",
+    "[materials.a]\n",
+    "[organs.L]\n",
+    "polygons = [",
+    "{ vertices = [",
+    "[0, 0, 0], ",
+    "]",
+    "}",
+    "~L(1)",
+    "~a",
+    "axiom ",
+    " -> ",
+    "[",
+    "(",
+    ")",
+    "{.",
+    "}",
+    "!(0.1)",
+    "F(1)",
+    "$",
+    "'",
+    "steps = \"auto\"",
+    "steps = 3",
+    "tropism = { direction = [0, 1, 0], strength = 5 }",
+    "height = 3",
+    "width = 0",
+    "draw = \"\"",
+    "silent = \"FG\"",
+    "wood = \"a\"",
+    "leaves = [\"a\"]",
+    "variants = 64",
+    "angle = 0",
+    "1e308",
+    "1e-300",
+    "'''",
+    "\"\"\"",
+    "\n",
+    "#",
 ];
 
 fn all_species(_: &Path) -> Vec<Files> {
@@ -174,9 +293,42 @@ fn check_mesh(mesh: &Mesh, material: usize, model: &Model) {
 // Folders of settings ------------------------------------------------------------------------------------------------
 
 const FOLDER: &[&str] = &[
-    "N ", "Size ", "Height ", "ConeBasePoints ", "Material Bark\n", "InitRadius ", "TurnAngle ", "Axiom ", "Prod ", " > ",
-    "[", "]", "@", "{", "}", ".", "+", "\\", "F", "G", "\n", "#", "nan", "Resolution ", "PhotoName ", "../x", "Tree",
-    "Plant", "GeneratorType ", "Color1 ", "Delta ", "LA ", "R1 ", "CellSize ", "true", "\u{feff}",
+    "N ",
+    "Size ",
+    "Height ",
+    "ConeBasePoints ",
+    "Material Bark\n",
+    "InitRadius ",
+    "TurnAngle ",
+    "Axiom ",
+    "Prod ",
+    " > ",
+    "[",
+    "]",
+    "@",
+    "{",
+    "}",
+    ".",
+    "+",
+    "\\",
+    "F",
+    "G",
+    "\n",
+    "#",
+    "nan",
+    "Resolution ",
+    "PhotoName ",
+    "../x",
+    "Tree",
+    "Plant",
+    "GeneratorType ",
+    "Color1 ",
+    "Delta ",
+    "LA ",
+    "R1 ",
+    "CellSize ",
+    "true",
+    "\u{feff}",
 ];
 
 fn folders(_: &Path) -> Vec<Files> {
@@ -223,7 +375,9 @@ fn read_folder(folder: &Path, files: &Files) -> Outcome {
     };
     // Whatever passes is a world; only how its plants grow may still be wrong.
     match world::parse("settings", converted.text.as_bytes(), folder, &Overrides::default()) {
-        Ok(world) => Ok(format!("{} species, {} rules", world.plants.species.len(), world.plants.rules.len())),
+        Ok(world) => {
+            Ok(format!("{} species, {} rules", world.plants.species.len(), world.plants.rules.len()))
+        }
         Err(error) => panic!("the folder was taken and became no world: {error}\n{}", converted.text),
     }
 }
@@ -231,13 +385,53 @@ fn read_folder(folder: &Path, files: &Files) -> Outcome {
 // Models -------------------------------------------------------------------------------------------------------------
 
 const MODEL: &[&str] = &[
-    "\"accessors\":[", "\"bufferViews\":[", "\"meshes\":[", "\"nodes\":[", "\"mesh\":0", "\"children\":[0]", "\"matrix\":[",
-    "\"scale\":[0,0,0]", "\"count\":4294967295", "\"byteOffset\":", "\"byteStride\":255", "\"componentType\":5125",
-    "\"extensionsRequired\":[\"x\"]", "\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":0}}", "\"sparse\":{}",
-    "\"mode\":5", "{", "}", "[", "]", ",", "null", "-1", "1e39", "data:;base64,AAAA", "\nv 0 0 0", "\nvn 0 0 0", "\nvt 0 0",
-    "\nf 1 2 3", "\nf -1 -2 -3", "\nf 1/1/1 2//2 3/3", "\nf 1 2 3 4 5 6", "\nusemtl x", "\nmtllib a.mtl", "\no x", "\ng x",
-    "\nelement vertex 4294967295", "\nelement face 1", "\nproperty list uchar int vertex_indices", "\nproperty float x",
-    "\nformat ascii 1.0", "\nformat binary_big_endian 1.0", "\nend_header\n", "\nKd 1 0 0", "\nnewmtl x", "nan", "\\\n",
+    "\"accessors\":[",
+    "\"bufferViews\":[",
+    "\"meshes\":[",
+    "\"nodes\":[",
+    "\"mesh\":0",
+    "\"children\":[0]",
+    "\"matrix\":[",
+    "\"scale\":[0,0,0]",
+    "\"count\":4294967295",
+    "\"byteOffset\":",
+    "\"byteStride\":255",
+    "\"componentType\":5125",
+    "\"extensionsRequired\":[\"x\"]",
+    "\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":0}}",
+    "\"sparse\":{}",
+    "\"mode\":5",
+    "{",
+    "}",
+    "[",
+    "]",
+    ",",
+    "null",
+    "-1",
+    "1e39",
+    "data:;base64,AAAA",
+    "\nv 0 0 0",
+    "\nvn 0 0 0",
+    "\nvt 0 0",
+    "\nf 1 2 3",
+    "\nf -1 -2 -3",
+    "\nf 1/1/1 2//2 3/3",
+    "\nf 1 2 3 4 5 6",
+    "\nusemtl x",
+    "\nmtllib a.mtl",
+    "\no x",
+    "\ng x",
+    "\nelement vertex 4294967295",
+    "\nelement face 1",
+    "\nproperty list uchar int vertex_indices",
+    "\nproperty float x",
+    "\nformat ascii 1.0",
+    "\nformat binary_big_endian 1.0",
+    "\nend_header\n",
+    "\nKd 1 0 0",
+    "\nnewmtl x",
+    "nan",
+    "\\\n",
 ];
 
 /// A trunk and a leaf, in two levels: what we write ourselves of them, in each format, and variations by hand.
@@ -246,7 +440,8 @@ fn models(folder: &Path) -> Vec<Files> {
     let mut corpus = Vec::new();
     for name in ["model.glb", "model.obj", "model.ply"] {
         let written = model::write(&folder.join(name), &model).unwrap();
-        let file = |path: &Path| (path.file_name().unwrap().to_str().unwrap().to_owned(), fs::read(path).unwrap());
+        let file =
+            |path: &Path| (path.file_name().unwrap().to_str().unwrap().to_owned(), fs::read(path).unwrap());
         corpus.push(written.iter().map(|written| file(&written.path)).collect::<Files>());
     }
     let glb = corpus[0][0].1.clone();
@@ -259,7 +454,10 @@ fn models(folder: &Path) -> Vec<Files> {
         &format!("\"uri\":\"model.bin\",\"byteLength\":{length}"),
         1,
     );
-    corpus.push(vec![("model.gltf".into(), apart.into_bytes()), ("model.bin".into(), glb[json + 28..].to_vec())]);
+    corpus.push(vec![
+        ("model.gltf".into(), apart.into_bytes()),
+        ("model.bin".into(), glb[json + 28..].to_vec()),
+    ]);
     let cube = "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],\
         \"nodes\":[{\"mesh\":0,\"children\":[2],\"translation\":[1,2,3],\"rotation\":[0,0.6,0,0.8],\"scale\":[2,2,2]},\
         {\"mesh\":0,\"matrix\":[1,0,0,0,0,2,0,0,0,0,1,0,5,0,0,1]},\
@@ -272,7 +470,7 @@ fn models(folder: &Path) -> Vec<Files> {
         AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAA==\"}]}";
     corpus.push(one("model.gltf", cube.into()));
     let object = "mtllib model.mtl\no a\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nusemtl red\n\
-        f 1/1/1 2/1/1 3/1/1 4/1/1\ng b\nusemtl blue\nf -4 -3 -2\nf 1//1 2//1 \\\n3//1\ns off\nl 1 2\n";
+        f 1/1/1 2/1/1 3/1/1 4/1/1\ng b\nusemtl blue\nf -4 -3 -2\nf 1//1 2//1 3//1\ns off\nl 1 2\n";
     let library = "newmtl red\nKd 1 0 0\nNi 1.5\nnewmtl blue\nKd 0 0 1\nd 0.5\nmap_Kd picture.png\n";
     corpus.push(vec![("model.obj".into(), object.into()), ("model.mtl".into(), library.into())]);
     let ascii = "ply\nformat ascii 1.0\ncomment x\nelement vertex 4\nproperty float x\nproperty double y\nproperty float z\n\
@@ -324,7 +522,9 @@ fn read_model(folder: &Path, files: &Files) -> Outcome {
         }
         for instance in import.population.instances.iter() {
             assert!((instance.model as usize) < models.len());
-            assert!(instance.position.is_finite() && instance.rotation.is_finite() && instance.scale.is_finite());
+            assert!(
+                instance.position.is_finite() && instance.rotation.is_finite() && instance.scale.is_finite()
+            );
         }
         let triangles: usize = merged.levels.iter().map(Level::triangles).sum();
         Ok(format!("{} models, {} triangles, {:?}", models.len().min(3), triangles.min(3), import.warnings))
@@ -409,7 +609,8 @@ fn root() -> &'static Path {
 /// Files of a folder of the project, by their names; none where there is no such folder.
 fn files_in(folder: &str, ending: &str) -> Files {
     let entries = fs::read_dir(root().join(folder)).into_iter().flatten().map(|entry| entry.unwrap().path());
-    let mut paths: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|found| found == ending)).collect();
+    let mut paths: Vec<PathBuf> =
+        entries.filter(|path| path.extension().is_some_and(|found| found == ending)).collect();
     paths.sort();
     paths.iter().map(|path| (path.display().to_string(), fs::read(path).unwrap())).collect()
 }
