@@ -170,7 +170,13 @@ fn with<const N: usize>(symbol: char, parameters: [f64; N]) -> Module {
 
 fn trunk(own: &[f64], next: &mut Vec<Module>) {
     let &[l, w] = own else { return };
-    next.extend([with('!', [w]), with('F', [l]), bare('['), with('&', [45.0]), with('B', [l * 0.6, w * 0.707])]);
+    next.extend([
+        with('!', [w]),
+        with('F', [l]),
+        bare('['),
+        with('&', [45.0]),
+        with('B', [l * 0.6, w * 0.707]),
+    ]);
     next.extend([bare(']'), with('/', [137.5]), with('A', [l * 0.9, w * 0.707])]);
 }
 
@@ -192,7 +198,15 @@ fn leaf(own: &[f64], next: &mut Vec<Module>) {
     if own[0] > 0.0 {
         next.push(with('A', [own[0] - 1.0]));
     } else {
-        next.extend([with('F', [1.0]), bare('['), bare('+'), with('A', [0.0]), bare(']'), bare('['), bare('-')]);
+        next.extend([
+            with('F', [1.0]),
+            bare('['),
+            bare('+'),
+            with('A', [0.0]),
+            bare(']'),
+            bare('['),
+            bare('-'),
+        ]);
         next.extend([with('A', [0.0]), bare(']'), with('F', [1.0]), with('A', [0.0])]);
     }
 }

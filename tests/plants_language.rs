@@ -333,7 +333,10 @@ fn expressions_have_the_values_of_arithmetic() {
             let grammar = Grammar::parse(&text, "").unwrap();
             let word = derive::derive(&grammar, Steps::Fixed(1), 1, &Limits::default()).unwrap();
             let found = word.modules().next().unwrap().parameters[0];
-            assert!((found - wanted).abs() < 1e-14 * wanted.abs().max(1.0), "{text} is {found}, not {wanted}");
+            assert!(
+                (found - wanted).abs() < 1e-14 * wanted.abs().max(1.0),
+                "{text} is {found}, not {wanted}"
+            );
         }
     }
 }
@@ -363,7 +366,8 @@ fn the_manuals_grammars_grow_as_it_says() {
                 }
             }
             "toml" => {
-                let loaded = species::parse("plant.toml", text.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
+                let loaded =
+                    species::parse("plant.toml", text.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
                 assert_eq!(loaded.warnings, [""; 0]);
                 let model = loaded.species.grow(1, 0, &Limits::default()).unwrap();
                 assert!(model.levels[0].triangles() > 0);
@@ -374,8 +378,13 @@ fn the_manuals_grammars_grow_as_it_says() {
     }
     assert!(derived >= 3 && grown >= 3, "{derived} {grown}");
     // The table of commands names all that the turtle knows.
-    for command in ["F", "f", "G", "+", "-", "&", "^", "\\", "/", "$", "[", "]", "!", "'", "{", ".", "}", "~X", "@X"] {
-        assert!(page.contains(&format!("`{command}`")) || page.contains(&format!("`{command}(")), "{command}");
+    for command in
+        ["F", "f", "G", "+", "-", "&", "^", "\\", "/", "$", "[", "]", "!", "'", "{", ".", "}", "~X", "@X"]
+    {
+        assert!(
+            page.contains(&format!("`{command}`")) || page.contains(&format!("`{command}(")),
+            "{command}"
+        );
     }
 }
 
@@ -483,7 +492,11 @@ impl Writer<'_> {
 
     fn rule(&mut self, constants: usize) -> String {
         self.names.truncate(constants);
-        let left: String = if self.pick(3) == 0 { (0..=self.pick(2)).map(|_| self.formal()).collect() } else { String::new() };
+        let left: String = if self.pick(3) == 0 {
+            (0..=self.pick(2)).map(|_| self.formal()).collect()
+        } else {
+            String::new()
+        };
         let module = self.formal();
         let right = if self.pick(3) == 0 { self.right(1) } else { String::new() };
         let mut rule = String::new();
@@ -549,8 +562,13 @@ fn random_grammars_are_of_all_kinds() {
         grown += u32::from(changes == 3);
         // Without one kind of thing, the third word is another one.
         let third = derivation.word().to_string();
-        let without: [fn(&str) -> bool; 5] =
-            [|line| line.contains(" < "), |line| line.contains(" > "), |line| line.contains(" : "), |line| line.contains(")> "), |line| line.contains('[')];
+        let without: [fn(&str) -> bool; 5] = [
+            |line| line.contains(" < "),
+            |line| line.contains(" > "),
+            |line| line.contains(" : "),
+            |line| line.contains(")> "),
+            |line| line.contains('['),
+        ];
         for (count, is) in kinds.iter_mut().zip(without) {
             let rest: Vec<&str> = text.lines().filter(|line| line.contains("axiom") || !is(line)).collect();
             let other = Grammar::parse(&rest.join("\n"), "+").unwrap();
@@ -559,7 +577,10 @@ fn random_grammars_are_of_all_kinds() {
         }
     }
     assert!(read > COUNT / 2 && grown > COUNT / 4, "{read} are grammars, {grown} grow");
-    assert!(kinds.iter().all(|&count| count > COUNT / 40), "contexts, conditions, chance, branches: {kinds:?}");
+    assert!(
+        kinds.iter().all(|&count| count > COUNT / 40),
+        "contexts, conditions, chance, branches: {kinds:?}"
+    );
 }
 
 proptest! {

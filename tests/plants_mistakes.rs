@@ -28,6 +28,9 @@ const MISTAKES: &[Case] = &[
     ("axiom F\n-> A", [2, 1], "the rule has no module", "what it rewrites, as `A(x)`"),
     ("axiom F\nFF -> A", [2, 2], "unexpected `F`", "one module only"),
     ("axiom F\n[ -> A", [2, 1], "brackets and `%` can't be rewritten", "another symbol"),
+    ("axiom F\nQ -> F", [2, 1], "there is never a `Q`", "it stands neither in the axiom nor in the word of a rule"),
+    ("axiom F\nQ(x) -> F", [2, 1], "there is never a `Q(x)`", "it stands neither in the axiom nor in the word of a rule"),
+    ("axiom A\nA(x) -> F", [2, 1], "there is never a `A(x)`", "`A` stands with no parameter"),
     ("axiom F\n% -> A", [2, 1], "brackets and `%` can't be rewritten", "another symbol"),
     // Brackets and parentheses.
     ("axiom F[+A", [1, 8], "this `[` is not closed", "`]` behind it, in the same word"),
@@ -64,7 +67,7 @@ const MISTAKES: &[Case] = &[
     ("axiom F(min(1))", [1, 14], "unexpected `)`", "`,`: `min` has two arguments"),
     ("r = rnd(0,1)\naxiom F(r)", [1, 5], "a constant is the same for every seed", "`rnd` in the axiom or in a rule"),
     ("axiom A(1)\nA(x) : 1 < x < 2 -> F", [2, 14], "comparisons can't be chained", "`&&` between two comparisons"),
-    ("axiom A(1)\nA(x) : -> F", [2, 7], "something is missing", "a number, a name or `(`"),
+    ("axiom A(1)\nA(x) : -> F", [2, 8], "something is missing", "a number, a name or `(`"),
     ("axiom A(1)\nA(x) -(x +)> F", [2, 11], "something is missing", "a number, a name or `(`"),
     ("axiom F(2 3)", [1, 11], "unexpected `3`", "an operator, `,` or `)`"),
     ("axiom F*", [1, 8], "unexpected `*`", "a symbol"),
@@ -73,6 +76,7 @@ const MISTAKES: &[Case] = &[
 
 #[test]
 fn mistakes_are_pointed_at_and_say_what_was_expected() {
+    let mut wrong = String::new();
     for (grammar, [line, column], problem, expected) in MISTAKES {
         // The grammar begins in the third line of the file.
         let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\n");
@@ -80,9 +84,11 @@ fn mistakes_are_pointed_at_and_say_what_was_expected() {
             Ok(_) => panic!("{grammar:?} passes"),
             Err(error) => error.to_string(),
         };
-        assert!(report.contains(problem) && report.contains(expected), "{grammar:?}:\n{report}");
-        let place = format!("plant.toml:{}:{column}", line + 2);
-        assert!(report.contains(&place), "{grammar:?} at {line}:{column}:\n{report}");
+        let place = format!("plant.toml:{}:{column}\n", line + 2);
+        if ![*problem, expected, &place].iter().all(|part| report.contains(part)) {
+            wrong += &format!("\n{grammar:?} at {line}:{column}: {problem}, {expected}:\n{report}\n");
+            continue;
+        }
         // The line is shown, and a caret stands below the column.
         let shown: Vec<&str> = report.lines().collect();
         let source = format!("{} |", line + 2);
@@ -94,27 +100,27 @@ fn mistakes_are_pointed_at_and_say_what_was_expected() {
         let before = text.chars().count().min(column - 1);
         assert_eq!(shown[at + 1][..caret].chars().count(), margin + before, "{report}");
     }
+    assert!(wrong.is_empty(), "{wrong}");
 }
 
 /// What is odd is said, with its place, and grows all the same.
 #[test]
 fn what_is_hardly_meant_is_warned_of() {
-    for (grammar, place, wanted) in [
-        ("axiom F\nQ -> F", "4:1", "there is never a `Q`"),
-        ("axiom F\nQ(x) -> Q(x)F", "4:1", "there is never a `Q(x)`"),
-        ("axiom A\nA(x) -> F", "4:1", "`A` stands with no parameter"),
-        ("axiom A\nA -> F\nA -> B", "5:1", "this rule for `A` is never tried"),
-        ("axiom F\nB -> A\nA -> B", "4:1", "there is never a `B`"),
-        ("r = 2\naxiom F", "3:1", "`r` is not used"),
-        ("r = 2\naxiom A(r)\nA(r) -> F(r)", "5:3", "the parameter `r` hides a constant"),
-        ("axiom A(1)\nA(x,y) -> F", "3:7", "no rule is for `A` with 1 parameter"),
-        ("axiom ~FA\nA -> F\nF -> FF", "3:8", "the sub-model `F` has a rule"),
+    for (grammar, line, wanted) in [
+        ("axiom A\nA -> F\nA -> B", "5", "this rule for `A` is never tried"),
+        ("axiom F\nB -> A\nA -> B", "4", "there is never a `B`"),
+        ("r = 2\naxiom F", "3", "`r` is not used"),
+        ("r = 2\naxiom A(r)\nA(r) -> F(r)", "5", "the parameter `r` hides a constant"),
+        ("axiom A(1)A(1,2)\nA(x,y) -> F", "3", "no rule is for `A` with 1 parameter"),
+        ("axiom ~FA\nA -> F\nF -> FF", "3", "the sub-model `F` has a rule"),
     ] {
-        let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\n");
+        let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\norgans.F.grammar = 'axiom F'\n");
         let loaded = species::parse("plant.toml", file.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
         let told = loaded.warnings.join("\n");
-        assert!(told.contains(wanted), "{grammar:?}: {told}");
-        assert!(told.contains(place), "{grammar:?}: {told}");
+        assert!(
+            told.contains(wanted) && told.contains(&format!("plant.toml:{line}:")),
+            "{grammar:?}: {told}"
+        );
     }
 }
 
@@ -125,11 +131,11 @@ fn what_is_hardly_meant_is_warned_of() {
 const GROWTH: &[(&str, &str, &str, &[&str])] = &[
     ("steps = 24", "axiom A\nA -> AA", "5:1", &["step 24", "the rule for `A`", "16777216 modules", "10000000 are allowed"]),
     ("steps = 1000", "axiom A\nB -> C\nA -> [A]AB", "6:1", &["the rule for `A`", "are allowed"]),
-    ("steps = 100000", "axiom A\nA -> AF", "5:1", &["the rule for `A`", "more than 2000000000 operations"]),
+    ("steps = 100000", "axiom A\nA -> AF", "5:1", &["the rule for `A`", "more than 1000000000 operations"]),
     ("steps = 40", "axiom A\nA -> A(1,2,3,4,5,6,7,8)A(1,2,3,4,5,6,7,8)A\nA(a,b,c,d,e,f,g,h) -> A(a,b,c,d,e,f,g,h)A(a,b,c,d,e,f,g,h)", "6:1", &["bytes", "are allowed"]),
     ("steps = \"auto\"", "axiom A(0)\nA(x) -> A(x+1)", "5:1", &["still changes after 100000 steps"]),
     ("steps = 3", "axiom A\nA -> *", "5:1", &["step 1", "the word is empty"]),
-    ("steps = 3", "axiom F[A%B]\nF -> %", "5:1", &["the word is empty"]),
+    ("steps = 3", "axiom F[A%B]\nF -> %", "4:7", &["step 2", "the word is empty"]),
     ("steps = 5", "axiom A(2)\nA(x) -> F(1/x)A(x-1)", "5:11", &["step 3", "the rule for `A(x)`", "division by zero"]),
     ("steps = 5", "axiom A(2)\nA(x) : 1/x > 0 -> A(x-1)", "5:8", &["division by zero"]),
     ("steps = 5", "axiom A(2)\nA(x) -> A(sqrt(x-3))", "5:11", &["step 1", "a value that is no number"]),
@@ -145,7 +151,11 @@ fn growth_is_limited_before_memory_is_taken() {
     let folder = tempfile::tempdir().unwrap();
     for (keys, grammar, place, wanted) in GROWTH {
         let name = format!("{keys}, {grammar}");
-        fs::write(folder.path().join("plant.toml"), format!("format = 1\n{keys}\ngrammar = '''\n{grammar}\n'''\n")).unwrap();
+        fs::write(
+            folder.path().join("plant.toml"),
+            format!("format = 1\n{keys}\ngrammar = '''\n{grammar}\n'''\n"),
+        )
+        .unwrap();
         let told = refused(folder.path(), 3, &name);
         assert!(wanted.iter().all(|part| told.contains(part)), "{name}:\n{told}");
         assert!(told.contains(&format!("plant.toml:{place}")) && told.contains('^'), "{name}:\n{told}");
@@ -164,7 +174,12 @@ fn drawings_are_limited_as_well() {
         ("steps = 1", "axiom F~", "", "names a sub-model"),
         ("steps = 400", "axiom A(1)\nA(x) -> F(x)A(x*10)", "", ""),
         // An organ in an organ in an organ.
-        ("steps = 10", "axiom A\nA -> [~L]A[~L]A", "[organs.L]\ngrammar = 'axiom ~M~M~M~M'\n[organs.M]\ngrammar = 'axiom ~N~N~N~N'\n[organs.N]\ngrammar = '''\naxiom F\nF -> [+F]F[-F]F\n'''\nsteps = 7", ""),
+        (
+            "steps = 10",
+            "axiom A\nA -> [~L]A[~L]A",
+            "[organs.L]\ngrammar = 'axiom ~M~M~M~M'\n[organs.M]\ngrammar = 'axiom ~N~N~N~N'\n[organs.N]\ngrammar = '''\naxiom F\nF -> [+F]F[-F]F\n'''\nsteps = 7",
+            "",
+        ),
     ] {
         let text = format!("format = 1\n{keys}\ngrammar = '''\n{grammar}\n'''\n{organs}\n");
         fs::write(folder.path().join("plant.toml"), text).unwrap();
@@ -187,7 +202,8 @@ fn files_without_measure_are_refused_by_their_size() {
     file.seek(SeekFrom::Start(1 << 30)).unwrap();
     file.write_all(b"'''").unwrap();
     drop(file);
-    refused(folder.path(), 7, "a gigabyte");
+    let told = refused(folder.path(), 3, "a gigabyte");
+    assert!(told.contains("plant.toml is too large") && told.contains("1048576 bytes"), "{told}");
 
     // As long as may be, in one line, in one word, in brackets.
     let fill = |text: &str| text.repeat((1 << 20) / text.len() - 40);
@@ -213,7 +229,7 @@ fn files_without_measure_are_refused_by_their_size() {
         assert!(matches!(output.status.code(), Some(0 | 3)), "{name}: {:?} {told}", output.status);
         assert!(!told.contains("panicked") && start.elapsed() < Duration::from_secs(60), "{name}: {told}");
         // A report of a long line is not as long as the line.
-        assert!(told.len() < 20_000, "{name}: {} bytes of report", told.len());
+        assert!(told.len() < 40_000, "{name}: {} bytes of report", told.len());
     }
 }
 
@@ -221,10 +237,11 @@ fn files_without_measure_are_refused_by_their_size() {
 #[test]
 fn what_is_sound_passes_and_too_much_memory_does_not() {
     let folder = tempfile::tempdir().unwrap();
-    let text = "format = 1\nsteps = 6\nangle = 20\ngrammar = '''\naxiom X\nX -> F[+X]F[-X]+X\nF -> FF\n'''\n";
+    // Two words of 16 MiB.
+    let text = "format = 1\nsteps = 23\ngrammar = '''\naxiom FA\nA -> AA\n'''\n";
     fs::write(folder.path().join("plant.toml"), text).unwrap();
     assert_eq!(limited(folder.path(), LIMIT).status.code(), Some(0));
-    assert_ne!(limited(folder.path(), 20 << 10).status.code(), Some(0));
+    assert_ne!(limited(folder.path(), 32 << 10).status.code(), Some(0));
 }
 
 /// The program's error about `plant.toml`.
@@ -235,13 +252,13 @@ fn refused(folder: &Path, code: i32, name: &str) -> String {
     assert_eq!(output.status.code(), Some(code), "{name}: {told}");
     assert!(told.starts_with("error: ") && !told.contains("panicked"), "{name}: {told}");
     // Not a measurement: hours are what this is about.
-    assert!(start.elapsed() < Duration::from_secs(60), "{name} takes forever");
+    assert!(start.elapsed() < Duration::from_secs(300), "{name} takes forever");
     told
 }
 
 fn limited(folder: &Path, kib: u32) -> Output {
     Command::new("sh")
-        .args(["-c", &format!("ulimit -v {kib} && exec \"$0\" plant plant.toml --stats")])
+        .args(["-c", &format!("ulimit -v {kib} && exec \"$0\" plant plant.toml --stats --quiet")])
         .arg(env!("CARGO_BIN_EXE_terrane"))
         .current_dir(folder)
         .output()

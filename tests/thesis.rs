@@ -74,7 +74,7 @@ const PARAMETERS: [Row; 75] = [
     ("trees/fork.lsys", "TurnAngle", Is("0"), "33", "right"),
     ("trees/fork.lsys", "PitchAngle", Is("0"), "33", "400"),
     ("trees/fork.lsys", "RollAngle", Is("0"), "33", "1e"),
-    ("trees/fork.lsys", "Axiom", Required, "F", "TT"),
+    ("plants/weed.lsys", "Axiom", Required, "F", "XX"),
     ("plants/weed.lsys", "Material", Is("Plant"), "Bark", "Wood"),
     ("plants/weed.lsys", "InitRadius", Is("0.3"), "0.05", "0"),
     ("leafs/blade.lsys", "Material", Is("Plant"), "Bark", "Wood"),
@@ -145,9 +145,6 @@ fn every_parameter_has_its_name_default_range_and_effect() {
                 assert_ne!(text(other), unwritten, "{row} says nothing");
             }
         }
-        // The last one wins, and what comes first does not.
-        let twice = and(&and(&bare, file, &format!("\n{name} {wrong}\n")), file, &format!("{name} {other} # yes"));
-        assert_eq!(thesis::convert(&twice).unwrap().text, text(other), "{row}");
         parse(&text(other)).unwrap_or_else(|error| panic!("{row} {other}: {error}"));
 
         let refused = with(wrong).unwrap_err().to_string();
@@ -162,13 +159,21 @@ fn every_parameter_has_its_name_default_range_and_effect() {
         let all = names_in(file);
         let strange = refusal(&and(&bare, file, "\nQwertzuiop 1"));
         assert!(all.iter().all(|name| strange.contains(name)), "{row}: {strange}");
+
+        // The last one wins, and what comes first does not.
+        if wrong.split(' ').count() != other.split(' ').count() {
+            continue;
+        }
+        let twice = and(&bare, file, &format!("\n{name} {wrong}\n{name} {other} # yes"));
+        assert_eq!(thesis::convert(&twice).unwrap().text, text(other), "{row}");
     }
 }
 
 #[test]
 fn a_value_may_stand_on_the_next_line_and_names_in_any_order() {
     let settings = all();
-    let camera = "LookDistance 12 LookHeight\n1.6\n\n  EdgeMinOffset 40\tLookDirection 0\n 0 1 ExpectedPositionY 4";
+    let camera =
+        "LookDistance 12 LookHeight\n1.6\n\n  EdgeMinOffset 40\tLookDirection 0\n 0 1 ExpectedPositionY 4";
     let turned = with_file(&settings, "camera.conf", camera);
     assert_eq!(thesis::convert(&turned).unwrap().text, thesis::convert(&settings).unwrap().text);
     // As some editors write.
@@ -266,12 +271,14 @@ fn the_turtle_turns_as_in_the_thesis() {
         let system = format!(
             "N 1\nHeight 1\nTurnAngle 90\nPitchAngle 90\nRollAngle 90\nAxiom A\nProd A > {word}\nInitRadius 0.1\n"
         );
-        let Drawing { measure, .. } = drawn(&with_file(&all(), "plants/tuft.lsys", &system), "plants_tuft_lsys");
+        let Drawing { measure, .. } =
+            drawn(&with_file(&all(), "plants/tuft.lsys", &system), "plants_tuft_lsys");
         assert!(measure.end.distance(end) < 1e-12, "{word} ends at {}, not {end}", measure.end);
     }
     // Only `.` leaves corners in a polygon.
     let system = "N 1\nHeight 1\nTurnAngle 90\nAxiom A\nProd A > {.F.+FF.+F.}\n";
-    let Drawing { polygons, axes, .. } = drawn(&with_file(&all(), "plants/tuft.lsys", system), "plants_tuft_lsys");
+    let Drawing { polygons, axes, .. } =
+        drawn(&with_file(&all(), "plants/tuft.lsys", system), "plants_tuft_lsys");
     assert_eq!((polygons[0].vertices.len(), axes.len()), (4, 0));
 }
 
@@ -288,13 +295,16 @@ fn drawn(settings: &Folder, species: &str) -> Drawing {
 fn plants_are_as_high_as_they_should_be() {
     let settings = all();
     let world = parse(&converted(&settings)).unwrap();
-    for (species, height) in
-        [("trees_fork_lsys", 4.5), ("trees_round_honda", 5.5), ("plants_weed_lsys", 0.6), ("plants_tuft_lsys", 0.35)]
-    {
+    for (species, height) in [
+        ("trees_fork_lsys", 4.5),
+        ("trees_round_honda", 5.5),
+        ("plants_weed_lsys", 0.6),
+        ("plants_tuft_lsys", 0.35),
+    ] {
         let found = world.plants.species.iter().find(|found| found.name == species).expect(species);
-        let model = found.grow(3, 0, &Limits::default()).unwrap();
-        let [least, most] = model.bounds();
-        assert!(((most.y - least.y) / height - 1.0).abs() < 1e-3, "{species}: {}", most.y - least.y);
+        let body = found.body(3, 0, &Limits::default()).unwrap();
+        let [least, most] = body.bounds().unwrap();
+        assert!(((most.y - least.y) / height - 1.0).abs() < 1e-6, "{species}: {}", most.y - least.y);
     }
     // Trees bear leaves, in the material of the leaf's file; without the folder they are bare.
     let count = |settings: &Folder| {
@@ -391,8 +401,8 @@ fn a_file_that_is_missing_is_an_error_of_reading_and_a_mistake_is_one_of_writing
         let file = fs::File::create(folder.join("trees/round.honda")).unwrap();
         file.set_len(1 << 30).unwrap();
     });
-    assert_eq!(code, Some(7), "{told}");
-    assert!(told.contains("round.honda"), "{told}");
+    assert_eq!(code, Some(3), "{told}");
+    assert!(told.contains("round.honda") && told.contains("at most 65536 bytes"), "{told}");
     // A pipe in place of a file never gives anything.
     let (code, told) = run(small(), &|folder| {
         fs::remove_file(folder.join("camera.conf")).unwrap();
@@ -410,13 +420,19 @@ fn a_file_that_is_missing_is_an_error_of_reading_and_a_mistake_is_one_of_writing
 
 #[test]
 fn mistakes_are_told_with_their_place_and_what_is_allowed() {
+    let mut wrong = 0;
     for (name, change, wanted) in mistakes::MISTAKES {
         let mut settings = all();
         change(&mut settings);
         let report = refusal(&settings);
         let trimmed: Vec<&str> = report.lines().map(str::trim_end).collect();
-        assert_eq!(trimmed.join("\n"), wanted.trim_matches('\n'), "{name}");
+        let report = trimmed.join("\n");
+        if report != wanted.trim_matches('\n') {
+            wrong += 1;
+            eprintln!("== {name}\n{report}");
+        }
     }
+    assert_eq!(wrong, 0);
 }
 
 fn set(settings: &mut Folder, file: &str, text: &str) {
@@ -500,4 +516,3 @@ fn terrane(folder: &Path, arguments: &str) -> Output {
         .output()
         .unwrap()
 }
-

@@ -94,7 +94,11 @@ fn damage_bytes(random: &mut Random, bytes: &mut Vec<u8>, other: &[u8], words: &
                 [0, 1, 2, 0x7f, 0x80, 0xff, 0x7fff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 0x7f80_0000, u64::MAX];
             let field = random.one(&FIELDS).wrapping_add(random.below(3) as u64).wrapping_sub(1);
             let width = *random.one(&[1, 2, 4, 8]);
-            let field = if random.below(2) == 0 { field.to_le_bytes() } else { field.rotate_right(8 * width as u32).to_be_bytes() };
+            let field = if random.below(2) == 0 {
+                field.to_le_bytes()
+            } else {
+                field.rotate_right(8 * width as u32).to_be_bytes()
+            };
             for (byte, value) in bytes.iter_mut().skip(place).zip(&field[..width]) {
                 *byte = *value;
             }
@@ -123,9 +127,30 @@ fn damage_bytes(random: &mut Random, bytes: &mut Vec<u8>, other: &[u8], words: &
 /// Writes an extreme in place of the number that begins at `place` or behind it.
 fn replace_number(random: &mut Random, bytes: &mut Vec<u8>, place: usize) {
     const NUMBERS: [&str; 24] = [
-        "0", "-0", "1", "-1", "2", "0.5", "1e-300", "-1e300", "1e400", "nan", "inf", "-inf", "127", "255", "256",
-        "65535", "65536", "2147483647", "2147483648", "4294967295", "4294967296", "9223372036854775807",
-        "18446744073709551616", "1000000",
+        "0",
+        "-0",
+        "1",
+        "-1",
+        "2",
+        "0.5",
+        "1e-300",
+        "-1e300",
+        "1e400",
+        "nan",
+        "inf",
+        "-inf",
+        "127",
+        "255",
+        "256",
+        "65535",
+        "65536",
+        "2147483647",
+        "2147483648",
+        "4294967295",
+        "4294967296",
+        "9223372036854775807",
+        "18446744073709551616",
+        "1000000",
     ];
     let digit = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'.' | b'-');
     let Some(start) = bytes[place..].iter().position(|byte| byte.is_ascii_digit()) else { return };

@@ -16,12 +16,14 @@ pub struct Target {
     pub name: &'static str,
     /// Sound files, and some that are known to be wrong.
     pub corpus: fn(folder: &Path) -> Vec<Files>,
-    /// Reads files; `folder` is for those that must lie somewhere. What came of it, in words: what leads to a new
-    /// outcome is damaged further.
-    pub read: fn(folder: &Path, files: &Files) -> String,
+    /// Reads files; `folder` is for those that must lie somewhere.
+    pub read: fn(folder: &Path, files: &Files) -> Outcome,
     /// What the language knows.
     pub words: &'static [&'static str],
 }
+
+/// What came of it, in words: what leads to a new outcome is damaged further.
+pub type Outcome = Result<String, String>;
 
 pub const TARGETS: [Target; 6] = [
     Target { name: "grammars", corpus: grammars, read: read_grammar, words: GRAMMAR },
@@ -38,18 +40,65 @@ const LIMITS: Limits = Limits { modules: 20_000, bytes: 4 << 20, steps: 100, wor
 // Grammars -----------------------------------------------------------------------------------------------------------
 
 const GRAMMAR: &[&str] = &[
-    "axiom ", " -> ", " -(1)> ", " < ", " > ", " : ", "[", "]", "(", ")", ",", "{", "}", "%", "~", "@", "$", "|", "*",
-    "ε", "#", "\n", "\n  ", "&&", "||", "!=", "<=", ">=", "==", "rnd(0,1)", "min(", "sqrt(-1)", "ln(0)", "1/0", "^",
-    "tan(90)", "A(x)", "F(1)", "1e308", "-", "+", "x", "ß", "\t", "\r\n", "\u{feff}", "A -> AA\n", "B -> *\n",
+    "axiom ",
+    " -> ",
+    " -(1)> ",
+    " < ",
+    " > ",
+    " : ",
+    "[",
+    "]",
+    "(",
+    ")",
+    ",",
+    "{",
+    "}",
+    "%",
+    "~",
+    "@",
+    "$",
+    "|",
+    "*",
+    "ε",
+    "#",
+    "\n",
+    "\n  ",
+    "&&",
+    "||",
+    "!=",
+    "<=",
+    ">=",
+    "==",
+    "rnd(0,1)",
+    "min(",
+    "sqrt(-1)",
+    "ln(0)",
+    "1/0",
+    "^",
+    "tan(90)",
+    "A(x)",
+    "F(1)",
+    "1e308",
+    "-",
+    "+",
+    "x",
+    "ß",
+    "\t",
+    "\r\n",
+    "\u{feff}",
+    "A -> AA\n",
+    "B -> *\n",
 ];
 
 fn grammars(_: &Path) -> Vec<Files> {
     let species = files_in("configs/species", "toml").into_iter();
     let parts = species.flat_map(|(_, bytes)| {
-        let text = String::from_utf8(bytes).unwrap();
-        let quoted = text.replace("\"\"\"", "'''");
-        let grammars = quoted.split("'''").skip(1).step_by(2).map(str::to_owned);
-        grammars.collect::<Vec<_>>()
+        let species: toml_edit::DocumentMut = String::from_utf8(bytes).unwrap().parse().unwrap();
+        let organs = species.get("organs").and_then(|organs| organs.as_table_like());
+        let organs =
+            organs.into_iter().flat_map(|organs| organs.iter().map(|(_, organ)| organ.get("grammar")));
+        let grammars = organs.chain([species.get("grammar")]).flatten();
+        grammars.filter_map(|grammar| grammar.as_str().map(str::to_owned)).collect::<Vec<_>>()
     });
     let conformance = include_str!("../data/lsystem_conformance.json");
     let conformance: serde_json::Value = serde_json::from_str(conformance).unwrap();
@@ -59,18 +108,24 @@ fn grammars(_: &Path) -> Vec<Files> {
         let defines = defines.map(|(name, value)| format!("{name} = {}\n", text(value)));
         let productions = system["productions"].as_array().unwrap().iter();
         let productions = productions.map(|rule| format!("{}\n", text(rule)));
-        defines.collect::<String>() + &format!("axiom {}\n", text(&system["axiom"])) + &productions.collect::<String>()
+        defines.collect::<String>()
+            + &format!("axiom {}\n", text(&system["axiom"]))
+            + &productions.collect::<String>()
     });
     parts.chain(systems).map(|text| one("grammar", text.into_bytes())).collect()
 }
 
-fn read_grammar(_: &Path, files: &Files) -> String {
+fn read_grammar(_: &Path, files: &Files) -> Outcome {
     let text = String::from_utf8_lossy(&files[0].1);
     let grammar = match Grammar::parse(&text, "+-") {
         Ok(grammar) => grammar,
         Err(error) => {
-            assert!(text.get(error.span.clone()).is_some(), "{error} points beside the text: {:?}", error.span);
-            return error.to_string();
+            assert!(
+                text.get(error.span.clone()).is_some(),
+                "{error} points beside the text: {:?}",
+                error.span
+            );
+            return Err(error.to_string());
         }
     };
     for warning in grammar.warnings() {
@@ -78,11 +133,11 @@ fn read_grammar(_: &Path, files: &Files) -> String {
     }
     let mut outcome = format!("{} warnings", grammar.warnings().len());
     match grow(&grammar) {
-        Ok(told) => outcome + &told,
+        Ok(told) => Ok(outcome + &told),
         Err((error, span)) => {
             assert!(text.get(span.clone()).is_some(), "{error} points beside the text: {span:?}");
             outcome += &error;
-            outcome
+            Err(outcome)
         }
     }
 }
@@ -103,57 +158,125 @@ fn grow(grammar: &Grammar) -> Result<String, (String, std::ops::Range<usize>)> {
 // Worlds and species -------------------------------------------------------------------------------------------------
 
 const WORLD: &[&str] = &[
-    "[terrain]\n", "[erosion.hydraulic]\n", "[[plants]]\n", "[species.a]\n", "grammar = '''\naxiom F\n'''\n",
-    "format = 1\n", "seed = ", "\"none\"", "{ cone = {} }", "{ simplex = {} }", "{ crater = {} }",
-    "{ heightmap = { file = \"map.png\" } }", "layers = [", "]", "{", "}", "=", ".", "'''", "\"\"\"", "true", "nan",
-    "-inf", "0x7fffffffffffffff", "1979-05-27", "\\u0000", "#", "\n", "[sky.preetham]\n", "[sun.direct]\n",
-    "[camera.view.stand]\n", "[reef]\n", "stages = [", "preset = \"paper\"", "cells = 8192", "steps = \"auto\"",
+    "[terrain]\n",
+    "[erosion.hydraulic]\n",
+    "[[plants]]\n",
+    "[species.a]\n",
+    "grammar = '''\naxiom F\n'''\n",
+    "format = 1\n",
+    "seed = ",
+    "\"none\"",
+    "{ cone = {} }",
+    "{ simplex = {} }",
+    "{ crater = {} }",
+    "{ heightmap = { file = \"map.png\" } }",
+    "layers = [",
+    "]",
+    "{",
+    "}",
+    "=",
+    ".",
+    "'''",
+    "\"\"\"",
+    "true",
+    "nan",
+    "-inf",
+    "0x7fffffffffffffff",
+    "1979-05-27",
+    "\\u0000",
+    "#",
+    "\n",
+    "[sky.preetham]\n",
+    "[sun.direct]\n",
+    "[camera.view.stand]\n",
+    "[reef]\n",
+    "stages = [",
+    "preset = \"paper\"",
+    "cells = 8192",
+    "steps = \"auto\"",
 ];
 
 fn worlds(_: &Path) -> Vec<Files> {
     let folders = ["configs/island", "configs/forest", "configs/landscape", "tests/data/bad_worlds"];
     let files = folders.iter().flat_map(|folder| files_in(folder, "toml"));
     let converted = thesis::read(&root().join("tests/data/thesis/default")).unwrap().text;
-    files.map(|(_, bytes)| one("world.toml", bytes)).chain([one("world.toml", converted.into_bytes())]).collect()
+    files
+        .map(|(_, bytes)| one("world.toml", bytes))
+        .chain([one("world.toml", converted.into_bytes())])
+        .collect()
 }
 
-fn read_world(folder: &Path, files: &Files) -> String {
+fn read_world(folder: &Path, files: &Files) -> Outcome {
     match world::parse("world.toml", &files[0].1, folder, &Overrides::default()) {
-        Ok(world) => format!(
+        Ok(world) => Ok(format!(
             "{} warnings, {} species, {} rules, {} layers",
             world.warnings.len().min(5),
             world.plants.species.len().min(3),
             world.plants.rules.len().min(3),
             world.plan.layers.len().min(4)
-        ),
-        Err(error) => error.to_string(),
+        )),
+        Err(error) => Err(error.to_string()),
     }
 }
 
 const SPECIES: &[&str] = &[
-    "[materials.a]\n", "[organs.L]\n", "polygons = [", "{ vertices = [", "[0, 0, 0], ", "]", "}", "~L(1)", "~a",
-    "axiom ", " -> ", "[", "(", ")", "{.", "}", "!(0.1)", "F(1)", "$", "'", "steps = \"auto\"", "steps = 3",
-    "tropism = { direction = [0, 1, 0], strength = 5 }", "height = 3", "width = 0", "draw = \"\"", "silent = \"FG\"",
-    "wood = \"a\"", "leaves = [\"a\"]", "variants = 64", "angle = 0", "1e308", "1e-300", "'''", "\"\"\"", "\n", "#",
+    "[materials.a]\n",
+    "[organs.L]\n",
+    "polygons = [",
+    "{ vertices = [",
+    "[0, 0, 0], ",
+    "]",
+    "}",
+    "~L(1)",
+    "~a",
+    "axiom ",
+    " -> ",
+    "[",
+    "(",
+    ")",
+    "{.",
+    "}",
+    "!(0.1)",
+    "F(1)",
+    "$",
+    "'",
+    "steps = \"auto\"",
+    "steps = 3",
+    "tropism = { direction = [0, 1, 0], strength = 5 }",
+    "height = 3",
+    "width = 0",
+    "draw = \"\"",
+    "silent = \"FG\"",
+    "wood = \"a\"",
+    "leaves = [\"a\"]",
+    "variants = 64",
+    "angle = 0",
+    "1e308",
+    "1e-300",
+    "'''",
+    "\"\"\"",
+    "\n",
+    "#",
 ];
 
 fn all_species(_: &Path) -> Vec<Files> {
     files_in("configs/species", "toml").into_iter().map(|(_, bytes)| one("plant.toml", bytes)).collect()
 }
 
-fn read_species(_: &Path, files: &Files) -> String {
+fn read_species(_: &Path, files: &Files) -> Outcome {
     let loaded = match species::parse("plant.toml", &files[0].1) {
         Ok(loaded) => loaded,
-        Err(error) => return error.to_string(),
+        Err(error) => return Err(error.to_string()),
     };
     match loaded.species.grow(1, 0, &LIMITS) {
         Ok(model) => {
             for part in model.levels.iter().flat_map(|level| &level.parts) {
                 check_mesh(&part.mesh, part.material, &model);
             }
-            format!("{} warnings, {} levels, {} materials", loaded.warnings.len(), model.levels.len(), model.materials.len())
+            let (levels, materials) = (model.levels.len(), model.materials.len());
+            Ok(format!("{} warnings, {levels} levels, {materials} materials", loaded.warnings.len()))
         }
-        Err(error) => loaded.source.blame(&error).to_string(),
+        Err(error) => Err(loaded.source.blame(&error).to_string()),
     }
 }
 
@@ -170,9 +293,42 @@ fn check_mesh(mesh: &Mesh, material: usize, model: &Model) {
 // Folders of settings ------------------------------------------------------------------------------------------------
 
 const FOLDER: &[&str] = &[
-    "N ", "Size ", "Height ", "ConeBasePoints ", "Material Bark\n", "InitRadius ", "TurnAngle ", "Axiom ", "Prod ", " > ",
-    "[", "]", "@", "{", "}", ".", "+", "\\", "F", "G", "\n", "#", "nan", "Resolution ", "PhotoName ", "../x", "Tree",
-    "Plant", "GeneratorType ", "Color1 ", "Delta ", "LA ", "R1 ", "CellSize ", "true", "\u{feff}",
+    "N ",
+    "Size ",
+    "Height ",
+    "ConeBasePoints ",
+    "Material Bark\n",
+    "InitRadius ",
+    "TurnAngle ",
+    "Axiom ",
+    "Prod ",
+    " > ",
+    "[",
+    "]",
+    "@",
+    "{",
+    "}",
+    ".",
+    "+",
+    "\\",
+    "F",
+    "G",
+    "\n",
+    "#",
+    "nan",
+    "Resolution ",
+    "PhotoName ",
+    "../x",
+    "Tree",
+    "Plant",
+    "GeneratorType ",
+    "Color1 ",
+    "Delta ",
+    "LA ",
+    "R1 ",
+    "CellSize ",
+    "true",
+    "\u{feff}",
 ];
 
 fn folders(_: &Path) -> Vec<Files> {
@@ -205,7 +361,7 @@ fn below(root: &Path, path: &Path) -> Files {
     entries.into_iter().flat_map(read).collect()
 }
 
-fn read_folder(folder: &Path, files: &Files) -> String {
+fn read_folder(folder: &Path, files: &Files) -> Outcome {
     let mut settings = Folder { name: "settings".into(), ..Folder::default() };
     for (name, bytes) in files {
         if let Some((within, _)) = name.rsplit_once('/') {
@@ -215,11 +371,13 @@ fn read_folder(folder: &Path, files: &Files) -> String {
     }
     let converted = match thesis::convert(&settings) {
         Ok(converted) => converted,
-        Err(error) => return error.to_string(),
+        Err(error) => return Err(error.to_string()),
     };
     // Whatever passes is a world; only how its plants grow may still be wrong.
     match world::parse("settings", converted.text.as_bytes(), folder, &Overrides::default()) {
-        Ok(world) => format!("{} species, {} rules", world.plants.species.len(), world.plants.rules.len()),
+        Ok(world) => {
+            Ok(format!("{} species, {} rules", world.plants.species.len(), world.plants.rules.len()))
+        }
         Err(error) => panic!("the folder was taken and became no world: {error}\n{}", converted.text),
     }
 }
@@ -227,13 +385,53 @@ fn read_folder(folder: &Path, files: &Files) -> String {
 // Models -------------------------------------------------------------------------------------------------------------
 
 const MODEL: &[&str] = &[
-    "\"accessors\":[", "\"bufferViews\":[", "\"meshes\":[", "\"nodes\":[", "\"mesh\":0", "\"children\":[0]", "\"matrix\":[",
-    "\"scale\":[0,0,0]", "\"count\":4294967295", "\"byteOffset\":", "\"byteStride\":255", "\"componentType\":5125",
-    "\"extensionsRequired\":[\"x\"]", "\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":0}}", "\"sparse\":{}",
-    "\"mode\":5", "{", "}", "[", "]", ",", "null", "-1", "1e39", "data:;base64,AAAA", "\nv 0 0 0", "\nvn 0 0 0", "\nvt 0 0",
-    "\nf 1 2 3", "\nf -1 -2 -3", "\nf 1/1/1 2//2 3/3", "\nf 1 2 3 4 5 6", "\nusemtl x", "\nmtllib a.mtl", "\no x", "\ng x",
-    "\nelement vertex 4294967295", "\nelement face 1", "\nproperty list uchar int vertex_indices", "\nproperty float x",
-    "\nformat ascii 1.0", "\nformat binary_big_endian 1.0", "\nend_header\n", "\nKd 1 0 0", "\nnewmtl x", "nan", "\\\n",
+    "\"accessors\":[",
+    "\"bufferViews\":[",
+    "\"meshes\":[",
+    "\"nodes\":[",
+    "\"mesh\":0",
+    "\"children\":[0]",
+    "\"matrix\":[",
+    "\"scale\":[0,0,0]",
+    "\"count\":4294967295",
+    "\"byteOffset\":",
+    "\"byteStride\":255",
+    "\"componentType\":5125",
+    "\"extensionsRequired\":[\"x\"]",
+    "\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":0}}",
+    "\"sparse\":{}",
+    "\"mode\":5",
+    "{",
+    "}",
+    "[",
+    "]",
+    ",",
+    "null",
+    "-1",
+    "1e39",
+    "data:;base64,AAAA",
+    "\nv 0 0 0",
+    "\nvn 0 0 0",
+    "\nvt 0 0",
+    "\nf 1 2 3",
+    "\nf -1 -2 -3",
+    "\nf 1/1/1 2//2 3/3",
+    "\nf 1 2 3 4 5 6",
+    "\nusemtl x",
+    "\nmtllib a.mtl",
+    "\no x",
+    "\ng x",
+    "\nelement vertex 4294967295",
+    "\nelement face 1",
+    "\nproperty list uchar int vertex_indices",
+    "\nproperty float x",
+    "\nformat ascii 1.0",
+    "\nformat binary_big_endian 1.0",
+    "\nend_header\n",
+    "\nKd 1 0 0",
+    "\nnewmtl x",
+    "nan",
+    "\\\n",
 ];
 
 /// A trunk and a leaf, in two levels: what we write ourselves of them, in each format, and variations by hand.
@@ -242,7 +440,8 @@ fn models(folder: &Path) -> Vec<Files> {
     let mut corpus = Vec::new();
     for name in ["model.glb", "model.obj", "model.ply"] {
         let written = model::write(&folder.join(name), &model).unwrap();
-        let file = |path: &Path| (path.file_name().unwrap().to_str().unwrap().to_owned(), fs::read(path).unwrap());
+        let file =
+            |path: &Path| (path.file_name().unwrap().to_str().unwrap().to_owned(), fs::read(path).unwrap());
         corpus.push(written.iter().map(|written| file(&written.path)).collect::<Files>());
     }
     let glb = corpus[0][0].1.clone();
@@ -255,7 +454,10 @@ fn models(folder: &Path) -> Vec<Files> {
         &format!("\"uri\":\"model.bin\",\"byteLength\":{length}"),
         1,
     );
-    corpus.push(vec![("model.gltf".into(), apart.into_bytes()), ("model.bin".into(), glb[json + 28..].to_vec())]);
+    corpus.push(vec![
+        ("model.gltf".into(), apart.into_bytes()),
+        ("model.bin".into(), glb[json + 28..].to_vec()),
+    ]);
     let cube = "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1]}],\
         \"nodes\":[{\"mesh\":0,\"children\":[2],\"translation\":[1,2,3],\"rotation\":[0,0.6,0,0.8],\"scale\":[2,2,2]},\
         {\"mesh\":0,\"matrix\":[1,0,0,0,0,2,0,0,0,0,1,0,5,0,0,1]},\
@@ -268,7 +470,7 @@ fn models(folder: &Path) -> Vec<Files> {
         AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAA==\"}]}";
     corpus.push(one("model.gltf", cube.into()));
     let object = "mtllib model.mtl\no a\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nusemtl red\n\
-        f 1/1/1 2/1/1 3/1/1 4/1/1\ng b\nusemtl blue\nf -4 -3 -2\nf 1//1 2//1 \\\n3//1\ns off\nl 1 2\n";
+        f 1/1/1 2/1/1 3/1/1 4/1/1\ng b\nusemtl blue\nf -4 -3 -2\nf 1//1 2//1 3//1\ns off\nl 1 2\n";
     let library = "newmtl red\nKd 1 0 0\nNi 1.5\nnewmtl blue\nKd 0 0 1\nd 0.5\nmap_Kd picture.png\n";
     corpus.push(vec![("model.obj".into(), object.into()), ("model.mtl".into(), library.into())]);
     let ascii = "ply\nformat ascii 1.0\ncomment x\nelement vertex 4\nproperty float x\nproperty double y\nproperty float z\n\
@@ -305,7 +507,7 @@ fn model() -> Model {
     Model { name: "model".into(), materials, levels: vec![level(0.0, 8), level(0.5, 4)] }
 }
 
-fn read_model(folder: &Path, files: &Files) -> String {
+fn read_model(folder: &Path, files: &Files) -> Outcome {
     for (name, bytes) in files {
         write(folder, name, bytes);
     }
@@ -320,7 +522,9 @@ fn read_model(folder: &Path, files: &Files) -> String {
         }
         for instance in import.population.instances.iter() {
             assert!((instance.model as usize) < models.len());
-            assert!(instance.position.is_finite() && instance.rotation.is_finite() && instance.scale.is_finite());
+            assert!(
+                instance.position.is_finite() && instance.rotation.is_finite() && instance.scale.is_finite()
+            );
         }
         let triangles: usize = merged.levels.iter().map(Level::triangles).sum();
         Ok(format!("{} models, {} triangles, {:?}", models.len().min(3), triangles.min(3), import.warnings))
@@ -328,7 +532,7 @@ fn read_model(folder: &Path, files: &Files) -> String {
     for (name, _) in files {
         let _ = fs::remove_file(folder.join(name));
     }
-    outcome.unwrap_or_else(|error| error.to_string())
+    outcome.map_err(|error| error.to_string())
 }
 
 // Maps ---------------------------------------------------------------------------------------------------------------
@@ -368,7 +572,7 @@ fn maps(folder: &Path) -> Vec<Files> {
     corpus
 }
 
-fn read_map(folder: &Path, files: &Files) -> String {
+fn read_map(folder: &Path, files: &Files) -> Outcome {
     for (name, bytes) in files {
         write(folder, name, bytes);
     }
@@ -377,9 +581,9 @@ fn read_map(folder: &Path, files: &Files) -> String {
         Ok(map) => {
             assert_eq!(map.values.len(), map.width as usize * map.height as usize);
             assert!(map.values.iter().all(|value| value.is_finite()));
-            format!("{:?} {:?} {:?}", map.scale, map.range.is_some(), map.tile.is_some())
+            Ok(format!("{:?} {:?} {:?}", map.scale, map.range.is_some(), map.tile.is_some()))
         }
-        Err(error) => error.to_string(),
+        Err(error) => Err(error.to_string()),
     };
     for (name, _) in files {
         let _ = fs::remove_file(folder.join(name));
@@ -405,7 +609,8 @@ fn root() -> &'static Path {
 /// Files of a folder of the project, by their names; none where there is no such folder.
 fn files_in(folder: &str, ending: &str) -> Files {
     let entries = fs::read_dir(root().join(folder)).into_iter().flatten().map(|entry| entry.unwrap().path());
-    let mut paths: Vec<PathBuf> = entries.filter(|path| path.extension().is_some_and(|found| found == ending)).collect();
+    let mut paths: Vec<PathBuf> =
+        entries.filter(|path| path.extension().is_some_and(|found| found == ending)).collect();
     paths.sort();
     paths.iter().map(|path| (path.display().to_string(), fs::read(path).unwrap())).collect()
 }

@@ -37,7 +37,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Limits { modules: 10_000_000, bytes: 192 << 20, steps: 100_000, work: 2_000_000_000 }
+        Limits { modules: 10_000_000, bytes: 192 << 20, steps: 100_000, work: 1_000_000_000 }
     }
 }
 

@@ -165,7 +165,8 @@ impl<'a> Derivation<'a> {
     /// Chooses a rule for every module, and so counts the next word.
     fn plan(&mut self) -> Result<Plan, Error> {
         let modules = self.word.letters.len();
-        self.spend(modules as u64 + self.applied.len() as u64 + 16, None)?;
+        // What the last step did is to blame for this one's length.
+        self.spend(modules as u64 + self.applied.len() as u64 + 16, self.busiest())?;
         self.applied.fill(0);
         self.choices.clear();
         if self.has_choices {

@@ -15,7 +15,7 @@ pub struct Warning {
     pub expected: String,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WarningKind {
     /// A rule for a module that stands nowhere.
     MissingSymbol,
@@ -128,8 +128,18 @@ pub fn all(
         warn(WarningKind::HiddenConstant, span, problem, "another name");
     }
     warnings.sort_by_key(|warning| (warning.span.start, warning.span.end));
+    // Nobody reads on after so many of a kind.
+    let mut counts = HashMap::new();
+    warnings.retain(|warning| {
+        let count = counts.entry(warning.kind).or_insert(0);
+        *count += 1;
+        *count <= MOST
+    });
     warnings
 }
+
+/// Warnings of one kind.
+const MOST: usize = 20;
 
 /// Of each letter: whether rules lead to it from the axiom, if they apply.
 fn reachable(grammar: &Grammar) -> Vec<bool> {

@@ -33,6 +33,7 @@ pub struct Folder {
 /// What is known of a file.
 #[derive(Clone, Debug)]
 pub enum Contents {
+    /// Of a file that is longer than [`MAX_FILE`], one byte more than that.
     Bytes(Vec<u8>),
     /// Why it can't be read.
     Unreadable(String),

@@ -4,7 +4,7 @@ use super::files::{
     Camera, Family, Generator, Honda, LSystem, Material, PathTracer, Sky, Spawner, Substance, Terrain,
     ViewMode,
 };
-use super::folder::{Contents, FOLDERS, Folder};
+use super::folder::{Contents, FOLDERS, Folder, MAX_FILE};
 use super::growth::Growth;
 use super::mistakes::Mistakes;
 use super::parameters::{self, Entries};
@@ -174,6 +174,11 @@ impl Reader<'_> {
                 return None;
             }
         };
+        if bytes.len() > MAX_FILE {
+            let complaint = Complaint::new("", format!("at most {MAX_FILE} bytes"));
+            self.mistakes.note(file, None, format!("`{file}` is too long"), complaint);
+            return None;
+        }
         std::str::from_utf8(bytes)
             .map_err(|error| {
                 let good = error.valid_up_to();
@@ -211,7 +216,8 @@ impl Reader<'_> {
             let complaint = guess("", name, FOLDERS.into_iter(), String::new());
             // Pictures and notes are nobody's business; `leaves` is.
             if complaint.help.is_some() {
-                self.mistakes.note(name, None, format!("the folder `{}` is unknown", shown(name)), complaint);
+                let title = format!("the folder `{}` is unknown", shown(name));
+                self.mistakes.note(name, None, title, Complaint { help: None, ..complaint });
             }
         }
         for file in folder.files.keys() {
