@@ -266,6 +266,8 @@ const LAND: &str = r#"
 format = 1
 seed = 4
 erosion = "none"
+reef = "none"
+sea.level = 0
 [terrain]
 cells = 65
 extent = 200
@@ -312,7 +314,7 @@ fn models_stand_on_the_ground_where_the_world_says() {
     let block = "v -1 -2 -1\nv 1 -2 -1\nv 1 -2 1\nv -1 -2 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
                  f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
     fs::write(folder.path().join("block.obj"), block).unwrap();
-    let land = "format = 1\nerosion = \"none\"\nsea.level = -50\nterrain = { cells = 65, extent = 640, layers = [{ cone = { height \
+    let land = "format = 1\nerosion = \"none\"\nreef = \"none\"\nsea.level = -50\nterrain = { cells = 65, extent = 640, layers = [{ cone = { height \
                 = 100, radius = 300, exponent = 1 } }] }\n";
     let models = r#"
         [[models]]

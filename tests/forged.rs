@@ -427,6 +427,46 @@ fn gltfs() {
         json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 2 } } }),
     );
     let bytes = b"glTF\x02\0\0\0".to_vec();
+    // A million parts of one triangle each, in 30 MB of text.
+    let crumbs = {
+        let primitives = vec!["{\"attributes\":{\"POSITION\":0}}"; 130_000].join(",");
+        let meshes = vec![format!("{{\"primitives\":[{primitives}]}}"); 8].join(",");
+        let mut forged = triangle.clone();
+        set(&mut forged, "/nodes", (0..8).map(|index| json!({ "mesh": index })).collect());
+        set(&mut forged, "/scenes/0/nodes", (0..8).collect());
+        set(&mut forged, "/meshes", "MESHES".into());
+        raw_glb(forged.to_string().replace("\"MESHES\"", &format!("[{meshes}]")).as_bytes(), &binary)
+    };
+    let colourful = {
+        let mut forged = triangle.clone();
+        let material = |index: usize| json!({ "name": index.to_string() });
+        set(&mut forged, "/materials", (0..100_000).map(material).collect());
+        let primitive = |index: usize| json!({ "attributes": { "POSITION": 0 }, "material": index });
+        set(&mut forged, "/meshes/0/primitives", (0..100_000).map(primitive).collect());
+        glb(&forged, &binary)
+    };
+    // A triangle in two million places is one model where the world wants one.
+    let everywhere = {
+        let count = 2_000_000;
+        let mut forged = triangle.clone();
+        set(
+            &mut forged,
+            "/accessors/2",
+            json!({ "bufferView": 2, "componentType": 5126, "count": count, "type": "VEC3" }),
+        );
+        set(
+            &mut forged,
+            "/bufferViews/2",
+            json!({ "buffer": 0, "byteOffset": 44, "byteLength": 12 * count }),
+        );
+        set(&mut forged, "/buffers/0/byteLength", (44 + 12 * count).into());
+        set(
+            &mut forged,
+            "/nodes/0/extensions",
+            json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 2 } } }),
+        );
+        glb(&forged, &[binary.clone(), vec![0; 12 * count]].concat())
+    };
     models(
         "model.glb",
         vec![
@@ -531,6 +571,9 @@ fn gltfs() {
             ("a list of places that is missing", instancing(json!({ "TRANSLATION": 5 })), 7),
             ("turns of three numbers", instancing(json!({ "ROTATION": 0 })), 7),
             ("200 million places", glb(&crowd, &binary), 7),
+            ("a million parts", crumbs, 7),
+            ("100,000 materials", colourful, 3),
+            ("two million copies", everywhere, 7),
         ],
     );
     // What is odd and no mistake.

@@ -269,7 +269,7 @@ impl Reader<'_> {
             if !normals {
                 smooth(&mut mesh);
             }
-            parts.add(materials.get(&material).unwrap_or(&grey()), mesh);
+            parts.add(path, materials.get(&material).unwrap_or(&grey()), mesh)?;
         }
         if parts.level.parts.is_empty() {
             return Err(unsuitable(path, "it has no faces"));
