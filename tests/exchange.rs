@@ -163,7 +163,8 @@ fn a_program_of_another_make_finds_every_instance_sun_camera_land_and_sea() {
     near(turned(&node, Vec3::Y), camera.up);
     let (eye, _, _) = node.transform().decomposed();
     assert_eq!(Vec3::from(eye), camera.eye);
-    let gltf::camera::Projection::Perspective(lens) = node.camera().unwrap().projection() else { panic!() };
+    let lens = node.camera().unwrap();
+    let gltf::camera::Projection::Perspective(lens) = lens.projection() else { panic!() };
     assert!((lens.yfov() - 0.8).abs() < 1e-5 && (lens.aspect_ratio().unwrap() - 1.5).abs() < 1e-5);
     let material = find("land").mesh().unwrap().primitives().next().unwrap().material();
     let texture = material.pbr_metallic_roughness().base_color_texture().unwrap().texture();
