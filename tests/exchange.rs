@@ -163,7 +163,8 @@ fn a_program_of_another_make_finds_every_instance_sun_camera_land_and_sea() {
     near(turned(&node, Vec3::Y), camera.up);
     let (eye, _, _) = node.transform().decomposed();
     assert_eq!(Vec3::from(eye), camera.eye);
-    let gltf::camera::Projection::Perspective(lens) = node.camera().unwrap().projection() else { panic!() };
+    let lens = node.camera().unwrap();
+    let gltf::camera::Projection::Perspective(lens) = lens.projection() else { panic!() };
     assert!((lens.yfov() - 0.8).abs() < 1e-5 && (lens.aspect_ratio().unwrap() - 1.5).abs() < 1e-5);
     let material = find("land").mesh().unwrap().primitives().next().unwrap().material();
     let texture = material.pbr_metallic_roughness().base_color_texture().unwrap().texture();
@@ -266,6 +267,8 @@ const LAND: &str = r#"
 format = 1
 seed = 4
 erosion = "none"
+reef = "none"
+sea.level = 0
 [terrain]
 cells = 65
 extent = 200
@@ -312,7 +315,7 @@ fn models_stand_on_the_ground_where_the_world_says() {
     let block = "v -1 -2 -1\nv 1 -2 -1\nv 1 -2 1\nv -1 -2 1\nv -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\n\
                  f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
     fs::write(folder.path().join("block.obj"), block).unwrap();
-    let land = "format = 1\nerosion = \"none\"\nsea.level = -50\nterrain = { cells = 65, extent = 640, layers = [{ cone = { height \
+    let land = "format = 1\nerosion = \"none\"\nreef = \"none\"\nsea.level = -50\nterrain = { cells = 65, extent = 640, layers = [{ cone = { height \
                 = 100, radius = 300, exponent = 1 } }] }\n";
     let models = r#"
         [[models]]

@@ -427,6 +427,46 @@ fn gltfs() {
         json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 2 } } }),
     );
     let bytes = b"glTF\x02\0\0\0".to_vec();
+    // A million parts of one triangle each, in 30 MB of text.
+    let crumbs = {
+        let primitives = vec!["{\"attributes\":{\"POSITION\":0}}"; 130_000].join(",");
+        let meshes = vec![format!("{{\"primitives\":[{primitives}]}}"); 8].join(",");
+        let mut forged = triangle.clone();
+        set(&mut forged, "/nodes", (0..8).map(|index| json!({ "mesh": index })).collect());
+        set(&mut forged, "/scenes/0/nodes", (0..8).collect());
+        set(&mut forged, "/meshes", "MESHES".into());
+        raw_glb(forged.to_string().replace("\"MESHES\"", &format!("[{meshes}]")).as_bytes(), &binary)
+    };
+    let colourful = {
+        let mut forged = triangle.clone();
+        let material = |index: usize| json!({ "name": index.to_string() });
+        set(&mut forged, "/materials", (0..100_000).map(material).collect());
+        let primitive = |index: usize| json!({ "attributes": { "POSITION": 0 }, "material": index });
+        set(&mut forged, "/meshes/0/primitives", (0..100_000).map(primitive).collect());
+        glb(&forged, &binary)
+    };
+    // A triangle in two million places is one model where the world wants one.
+    let everywhere = {
+        let count = 2_000_000;
+        let mut forged = triangle.clone();
+        set(
+            &mut forged,
+            "/accessors/2",
+            json!({ "bufferView": 2, "componentType": 5126, "count": count, "type": "VEC3" }),
+        );
+        set(
+            &mut forged,
+            "/bufferViews/2",
+            json!({ "buffer": 0, "byteOffset": 44, "byteLength": 12 * count }),
+        );
+        set(&mut forged, "/buffers/0/byteLength", (44 + 12 * count).into());
+        set(
+            &mut forged,
+            "/nodes/0/extensions",
+            json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 2 } } }),
+        );
+        glb(&forged, &[binary.clone(), vec![0; 12 * count]].concat())
+    };
     models(
         "model.glb",
         vec![
@@ -531,11 +571,13 @@ fn gltfs() {
             ("a list of places that is missing", instancing(json!({ "TRANSLATION": 5 })), 7),
             ("turns of three numbers", instancing(json!({ "ROTATION": 0 })), 7),
             ("200 million places", glb(&crowd, &binary), 7),
+            ("a million parts", crumbs, 7),
+            ("100,000 materials", colourful, 3),
         ],
     );
     // What is odd and no mistake.
     let deep = chain(20_000, json!({ "mesh": 0 }));
-    for (name, file) in [("deep nodes", deep), ("a sound file", sound)] {
+    for (name, file) in [("deep nodes", deep), ("two million copies", everywhere), ("a sound file", sound)] {
         let output = check(&[("world.toml", model_world("model.glb")), ("model.glb", file)]);
         assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
     }
@@ -564,9 +606,9 @@ fn objs() {
             ("an infinite number", text(format!("v 1e999 0 0\n{corners}f 1 2 3\n")), 7),
             ("a number that is missing", text("v 1 2\n".into()), 7),
             // A hundred megabytes of faces.
-            ("millions of faces", text(format!("{corners}{}", "f 1 2 3\n".repeat(12_500_000))), 7),
-            ("a face of millions of corners", text(format!("{corners}f {}", "1 2 3 ".repeat(12_500_000))), 7),
-            ("millions of corners", text("v 1 1 1\n".repeat(12_500_000)), 7),
+            ("millions of faces", text(format!("{corners}{}", "f 1 2 3\n".repeat(14_000_000))), 7),
+            ("a face of millions of corners", text(format!("{corners}f {}", "1 2 3 ".repeat(14_000_000))), 7),
+            ("millions of corners", text("v 1 1 1\n".repeat(14_000_000)), 7),
             (
                 "millions of materials",
                 text((0..2_000_000).map(|index| format!("usemtl m{index}\nv 0 0 0\nf 1 1 1\n")).collect()),

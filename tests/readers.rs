@@ -106,6 +106,7 @@ const PLANTED: &str = r#"
 format = 1
 seed = 5
 erosion = "none"
+reef = "none"
 [terrain]
 cells = 65
 extent = 400

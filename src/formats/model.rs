@@ -17,6 +17,9 @@ pub const EXTENSIONS: [&str; 3] = ["glb", "obj", "ply"];
 /// Most memory, bytes, that a file and the models in it take together.
 const MOST: u64 = 384 << 20;
 
+/// Most materials of a model.
+const MOST_MATERIALS: usize = 1 << 10;
+
 /// Most instances in a file.
 const MOST_INSTANCES: usize = 1 << 21;
 
@@ -92,20 +95,70 @@ impl Import {
             return Ok(models[only.model as usize].clone());
         }
         let mut budget = Budget::new(path);
-        let mut parts = Parts::default();
-        for Instance { model, position, rotation, scale, .. } in instances.iter() {
-            let model = &models[*model as usize];
-            for part in model.levels.first().into_iter().flat_map(|level| &level.parts) {
-                let mut mesh = budget.copy(&part.mesh)?;
-                for place in &mut mesh.positions {
-                    *place = (*position + *rotation * (*scale * Vec3::from(*place))).into();
-                }
-                mesh.normals.iter_mut().for_each(|normal| *normal = (*rotation * Vec3::from(*normal)).into());
-                parts.add(&model.materials[part.material], mesh);
-            }
+        budget.take(self.bytes())?;
+        let mut materials = Vec::new();
+        let mut places: Vec<Vec<usize>> = Vec::new();
+        for model in models {
+            let of_model =
+                model.materials.iter().map(|material| add_material(path, &mut materials, material));
+            places.push(of_model.collect::<Result<_, _>>()?);
         }
-        Ok(Arc::new(parts.into_model(stem(path))))
+        let parts = |instance: &Instance| {
+            let levels = models[instance.model as usize].levels.first();
+            levels.into_iter().flat_map(|level| &level.parts)
+        };
+        // Vertices and triangles of each material.
+        let mut sizes = vec![[0_u64; 2]; materials.len()];
+        for (instance, part) in instances.iter().flat_map(|it| parts(it).map(move |part| (it, part))) {
+            let [vertices, triangles] = &mut sizes[places[instance.model as usize][part.material]];
+            *vertices += part.mesh.positions.len() as u64;
+            *triangles += part.mesh.triangles.len() as u64;
+        }
+        let mut meshes = Vec::new();
+        for [vertices, triangles] in sizes {
+            meshes.push(budget.mesh(vertices, triangles)?);
+        }
+        for (instance, part) in instances.iter().flat_map(|it| parts(it).map(move |part| (it, part))) {
+            append(&mut meshes[places[instance.model as usize][part.material]], &part.mesh, instance);
+        }
+        let mut level = Level::default();
+        for (material, mesh) in meshes.into_iter().enumerate().filter(|(_, mesh)| !mesh.triangles.is_empty())
+        {
+            check_finite(path, &mesh.positions)?;
+            level.parts.push(Part { material, mesh });
+        }
+        Ok(Arc::new(Model { name: stem(path), materials, levels: vec![level] }))
     }
+}
+
+/// Adds a mesh as it stands somewhere.
+fn append(to: &mut Mesh, mesh: &Mesh, place: &Instance) {
+    let Instance { position, rotation, scale, .. } = *place;
+    let first = to.positions.len() as u32;
+    let stand = |point: &[f32; 3]| (position + rotation * (scale * Vec3::from(*point))).to_array();
+    to.positions.extend(mesh.positions.iter().map(stand));
+    to.normals.extend(mesh.normals.iter().map(|normal| (rotation * Vec3::from(*normal)).to_array()));
+    to.uvs.extend(&mesh.uvs);
+    to.triangles.extend(mesh.triangles.iter().map(|triangle| triangle.map(|corner| first + corner)));
+}
+
+/// The index of a material in a list, which gets it if it hasn't it.
+///
+/// # Errors
+/// When there are too many.
+pub(super) fn add_material(
+    path: &Path,
+    materials: &mut Vec<Material>,
+    material: &Material,
+) -> Result<usize, Error> {
+    if let Some(index) = materials.iter().position(|other| other == material) {
+        return Ok(index);
+    }
+    if materials.len() == MOST_MATERIALS {
+        return Err(unsuitable(path, format!("a model of it has more than {MOST_MATERIALS} materials")));
+    }
+    materials.push(material.clone());
+    Ok(materials.len() - 1)
 }
 
 /// What one file may still take.
@@ -196,8 +249,12 @@ impl<'a> Budget<'a> {
         Ok(part)
     }
 
-    /// Room for a mesh of that size.
+    /// Room for a mesh of that size, and for the part that it becomes.
     pub fn mesh(&mut self, vertices: u64, triangles: u64) -> Result<Mesh, Error> {
+        /// What an allocation takes beside its bytes, at most.
+        const ALLOCATION: usize = 32;
+
+        self.take((2 * size_of::<Part>() + 4 * ALLOCATION) as u64)?;
         Ok(Mesh {
             positions: self.room(vertices)?,
             normals: self.room(vertices)?,
@@ -207,7 +264,7 @@ impl<'a> Budget<'a> {
     }
 }
 
-/// Parts of a level in the making, one a material.
+/// Parts of a level in the making.
 #[derive(Default)]
 pub(super) struct Parts {
     pub materials: Vec<Material>,
@@ -215,14 +272,11 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// Adds triangles of a material.
-    pub fn add(&mut self, material: &Material, mesh: Mesh) {
-        let found = self.materials.iter().position(|other| other == material);
-        let material = found.unwrap_or_else(|| {
-            self.materials.push(material.clone());
-            self.materials.len() - 1
-        });
+    /// Adds triangles of a material of the file at `path`.
+    pub fn add(&mut self, path: &Path, material: &Material, mesh: Mesh) -> Result<(), Error> {
+        let material = add_material(path, &mut self.materials, material)?;
         self.level.parts.push(Part { material, mesh });
+        Ok(())
     }
 
     pub fn into_model(self, name: String) -> Model {

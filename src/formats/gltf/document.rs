@@ -50,6 +50,29 @@ pub struct Document {
     pub extensions: Option<DocumentExtensions>,
 }
 
+impl Document {
+    /// Memory that its lists take, about.
+    pub fn bytes(&self) -> u64 {
+        fn of<T>(list: &Vec<T>) -> usize {
+            list.capacity() * size_of::<T>()
+        }
+        let primitives: usize = self.meshes.iter().map(|mesh| of(&mesh.primitives)).sum();
+        let children: usize = self.nodes.iter().map(|node| of(&node.children)).sum();
+        let lists = [
+            of(&self.scenes),
+            of(&self.nodes),
+            of(&self.meshes),
+            of(&self.materials),
+            of(&self.textures),
+            of(&self.images),
+            of(&self.buffers),
+            of(&self.buffer_views),
+            of(&self.accessors),
+        ];
+        (primitives + children + lists.into_iter().sum::<usize>()) as u64
+    }
+}
+
 #[derive(Default, Serialize, Deserialize)]
 pub struct Asset {
     pub version: String,

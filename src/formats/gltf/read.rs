@@ -41,6 +41,7 @@ pub fn read(path: &Path) -> Result<Import, Error> {
         (0..bytes.len(), 0..0)
     };
     let document = parse(path, &bytes[json])?;
+    budget.take(document.bytes())?;
     bytes.truncate(binary.end);
     bytes.drain(..binary.start);
     let buffers = buffers(path, &document, bytes, &mut budget)?;

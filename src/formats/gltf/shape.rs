@@ -5,7 +5,7 @@ use super::corrupt;
 use super::document::{Document, Index, MaterialExtras, Node, NodeExtras, Primitive};
 use super::read::extras;
 use crate::core::mesh::Mesh;
-use crate::formats::model::{Budget, area_normal, check_finite, grey, stem, unit, unsuitable};
+use crate::formats::model::{Budget, add_material, area_normal, check_finite, grey, stem, unit, unsuitable};
 use crate::formats::{Error, png};
 use crate::scene::{Level, Material, Model, Part};
 use glam::{Affine3A, Vec3};
@@ -135,12 +135,7 @@ impl<'a> Shapes<'a> {
             for color in &mut material.reflectance {
                 *color = std::array::from_fn(|channel| color[channel] * tint[channel]);
             }
-            let found = materials.iter().position(|other| *other == material);
-            let index = found.unwrap_or_else(|| {
-                materials.push(material);
-                materials.len() - 1
-            });
-            parts.push(Part { material: index, mesh });
+            parts.push(Part { material: add_material(self.path, materials, &material)?, mesh });
         }
         Ok(parts)
     }

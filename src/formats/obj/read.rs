@@ -74,6 +74,9 @@ struct Reader<'a> {
     pixels: u64,
 }
 
+/// What the lists of a group take when there is one element in each, bytes.
+const FIRST_ELEMENTS: usize = 512;
+
 /// The faces of a material.
 struct Group {
     material: String,
@@ -134,7 +137,8 @@ impl Reader<'_> {
         if let Some(group) = self.by_name.get(&self.current) {
             return Ok(*group);
         }
-        self.budget.take(2 * (size_of::<Group>() + self.current.len()) as u64)?;
+        // Twice as long as they double, and the first few elements of each of their lists.
+        self.budget.take((2 * (size_of::<Group>() + self.current.len()) + FIRST_ELEMENTS) as u64)?;
         self.by_name.insert(self.current.clone(), self.groups.len());
         let group = Group {
             material: self.current.clone(),
@@ -269,7 +273,7 @@ impl Reader<'_> {
             if !normals {
                 smooth(&mut mesh);
             }
-            parts.add(materials.get(&material).unwrap_or(&grey()), mesh);
+            parts.add(path, materials.get(&material).unwrap_or(&grey()), mesh)?;
         }
         if parts.level.parts.is_empty() {
             return Err(unsuitable(path, "it has no faces"));

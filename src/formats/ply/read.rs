@@ -249,11 +249,11 @@ impl Content {
         match groups {
             Some(groups) => {
                 for (color, triangles) in groups {
-                    parts.add(&paint(color), budget.part(&self.mesh, triangles)?);
+                    parts.add(path, &paint(color), budget.part(&self.mesh, triangles)?)?;
                 }
             }
-            None if self.colored => parts.add(&paint(mean(&self.colors)), self.mesh),
-            None => parts.add(&grey(), self.mesh),
+            None if self.colored => parts.add(path, &paint(mean(&self.colors)), self.mesh)?,
+            None => parts.add(path, &grey(), self.mesh)?,
         }
         Ok(Import::of_model(parts.into_model(stem(path)), Vec::new()))
     }
