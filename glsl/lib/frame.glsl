@@ -2,6 +2,8 @@
 #ifndef FRAME_GLSL
 #define FRAME_GLSL
 
+#include "lib/tint.glsl"
+
 const uint SKY_NONE = 0;
 const uint SKY_CONSTANT = 1;
 const uint SKY_PREETHAM = 2;
@@ -62,6 +64,13 @@ layout(binding = 0, scalar) uniform Frame {
     float beach_height;
     float beach_slope;
     float patch_size;
+    float crowns;            // how far grass is painted as a forest, 0…1
+    vec3 snow;
+    vec2 snow_height;
+    vec2 snow_slope;
+    vec2 by_height;          // where rock begins, and where only rock is left; equal where height alone does not decide
+    Tint low;                // ground
+    Tint high;               // rock
 } frame;
 
 const float PI = 3.14159265358979;

@@ -3,14 +3,11 @@
 #define MATERIAL_GLSL
 
 #include "lib/hash.glsl"
-#include "lib/perlin.glsl"
+#include "lib/tint.glsl"
 
 struct Material {
-    vec3 reflectance_from;   // the two colours that noise mixes
-    vec3 reflectance_to;
+    Tint reflectance;
     vec3 transmittance;      // 0 for what light does not get through
-    float position_factor;   // 1/m
-    float value_factor;
     float refractive_index;  // of the thin layer of gloss
     float roughness;
 };
@@ -35,19 +32,10 @@ vec3 variation(uint random) {
     return exp(0.10 * deviates.x + 0.06 * deviates.y * vec3(1.0, 0.0, -1.0));
 }
 
-vec3 mixed(Material material, float noise) {
-    float share = clamp(noise * material.value_factor, 0.0, 1.0);
-    return mix(material.reflectance_from, material.reflectance_to, share);
-}
-
-// Colours at `point`, where a sample covers `footprint` metres: mix(from, to, clamp(noise(p · position_factor) ·
-// value_factor, 0, 1)) (Rudzki 2020, equation 2.1). What the sample can't resolve is the mean.
+// Colours at `point`, where a sample covers `footprint` metres. Transmittance varies with the reflectance.
 Coat coat(Material material, vec3 point, uint random, float footprint) {
-    float seen = smoothstep(1.0, 3.0, 1.0 / max(material.position_factor * footprint, 1e-9));
-    float noise = 0.5;
-    if (seen > 0.0) noise += 0.5 * seen * perlin(point * material.position_factor);
-    vec3 mean = mixed(material, 0.5);
-    vec3 here = mixed(material, noise);
+    vec3 mean = tinted(material.reflectance, 0.5);
+    vec3 here = tint_at(material.reflectance, point, footprint);
     vec3 varied = variation(random);
     vec3 share = (here + 1e-3) / (mean + 1e-3) * varied;
     return Coat(clamp(here * varied, 0.0, 0.95), clamp(material.transmittance * share, 0.0, 0.95));

@@ -5,7 +5,7 @@
 struct Vertex {
     vec3 position;
     uint normal;     // octahedral, two signed normalised 16-bit numbers
-    vec2 uv;
+    uint openness;   // two 16-bit shares: of the sky and of the ground that the plant's own leaves leave to see
     uint material;   // index into all materials of the picture
 };
 

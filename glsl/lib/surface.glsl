@@ -29,6 +29,9 @@ Ground ground(Place place) {
     vec3 broad = mottle(xz, frame.patch_size, 7, 0.6, footprint, 11u);
     vec3 hue = mottle(xz, 0.55 * frame.patch_size, 4, 0.7, footprint, 31u);
     vec3 trees = billows(xz, 0.09 * frame.patch_size, 7, 0.72, footprint, 51u);
+    // What only somebody who stands on the ground sees: clumps and litter, tufts and stones, blades and grains.
+    vec3 litter = mottle(xz, 2.9, 4, 0.75, footprint, 91u);
+    vec3 grain = billows(xz, 0.42, 6, 0.8, footprint, 101u);
 
     // Weights. The waves' own reach stays sandy on steeper shores; where rivers ran lately rock is bare.
     float beach = 1.0 - smoothstep(0.55, 1.0, above / max(frame.beach_height, 1e-3) - 0.45 * broad.x);
@@ -46,9 +49,12 @@ Ground ground(Place place) {
     dry = max(dry, 0.8 * smoothstep(0.8 * frame.rock_slope.x, frame.rock_slope.y, steepness + 0.15 * hue.x));
     float hollow = 1.0 - smoothstep(0.6, 0.97, place.openness);
     float forest = smoothstep(-0.12, 0.12, 0.9 * broad.x + 0.3 * hue.x + 0.25 * trees.x + 1.2 * hollow + 0.3 - 1.1 * dry);
+    forest *= frame.crowns;
     vec3 canopy = frame.grass * mix(vec3(0.36, 0.50, 0.40), vec3(0.58, 0.68, 0.34), clamp(0.5 + 0.8 * hue.x, 0.0, 1.0));
     vec3 meadow = frame.grass * (1.0 + 0.3 * hue.x + 0.15 * trees.x);
     vec3 grass = mix(meadow, frame.dry_grass * (1.0 + 0.25 * trees.x), dry);
+    // Green and straw side by side; between tufts the soil shows.
+    grass *= exp(litter.x * vec3(0.35, 0.16, 0.10) + 0.55 * min(grain.x, 0.3));
     // Between crowns it is dark.
     grass = mix(grass, canopy * exp(0.85 * clamp(trees.x, -1.0, 1.0)), forest);
 
@@ -60,9 +66,11 @@ Ground ground(Place place) {
     // Moss and scrub cling to it.
     rock_colour = mix(rock_colour, canopy, 0.55 * smoothstep(0.0, 0.5, 0.6 * trees.x - 0.5 * hue.x));
     rock_colour *= mix(1.0, 0.75, river);
+    rock_colour *= exp(0.3 * litter.x + 0.45 * grain.x);
 
     // Sand darkens where waves wet it; debris lies along the line of the last flood.
     vec3 sand_colour = frame.sand * (1.0 + 0.08 * broad.x + 0.06 * trees.x);
+    sand_colour *= exp(0.06 * litter.x + 0.12 * grain.x);
     sand_colour *= mix(0.66, 1.0, smoothstep(0.05, 0.45, above + 0.15 * trees.x));
 
     // Sea floor: sand with darker grass and rubble; coral where it grew, richest just below the surface.
@@ -74,14 +82,31 @@ Ground ground(Place place) {
     coral *= smoothstep(-0.25, 0.25, 0.6 * hue.x + 0.7 * trees.x + cover);
     floor_colour = mix(floor_colour, frame.reef * (1.0 + 0.5 * trees.x), coral);
 
+    // Ground below and rock above, whatever else there is (Rudzki 2020, section 3.3).
+    bool by_height = frame.by_height.y > frame.by_height.x;
+    if (by_height) {
+        float low = clamp((frame.by_height.y - place.point.y) / (frame.by_height.y - frame.by_height.x), 0.0, 1.0);
+        weights = vec4(low, 1.0 - low, 0.0, 0.0);
+        grass = tint_at(frame.low, place.point, footprint);
+        rock_colour = tint_at(frame.high, place.point, footprint);
+    }
+
     Ground found;
     found.weights = weights;
     found.albedo = weights.x * grass + weights.y * rock_colour + weights.z * sand_colour + weights.w * floor_colour;
+    // Snow lies in patches first, and longest in hollows.
+    float snow = smoothstep(frame.snow_height.x, frame.snow_height.y,
+                            above + 0.3 * (frame.snow_height.y - frame.snow_height.x) * (broad.x + 0.4 * trees.x + hollow));
+    snow *= 1.0 - smoothstep(frame.snow_slope.x, frame.snow_slope.y, steepness + 0.08 * trees.x);
+    snow = smoothstep(0.3, 0.7, snow + 0.25 * (trees.x + 0.5 * litter.x) * snow * (1.0 - snow) * 4.0);
+    found.albedo = mix(found.albedo, frame.snow * (1.0 + 0.04 * grain.x), snow);
     found.albedo = clamp(found.albedo, 0.0, 0.9);
     // Relief in metres: crowns, ledges, dunes, coral heads.
     vec2 relief = weights.x * (mix(0.6, 4.5, forest) * trees.yz + 1.5 * broad.yz)
                 + weights.y * (3.0 * trees.yz + 5.0 * broad.yz) + weights.z * 0.25 * trees.yz
                 + weights.w * (0.5 + 2.0 * coral) * trees.yz;
+    relief += (0.05 * weights.x + 0.08 * weights.y + 0.015 * weights.z) * (grain.yz + 1.5 * litter.yz);
+    relief *= by_height ? 0.0 : 1.0 - 0.8 * snow;
     // Near by, the finest relief would be all cliffs.
     relief /= 1.0 + 0.7 * length(relief);
     found.normal = normal_from_slope(place.slope + relief);

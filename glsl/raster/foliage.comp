@@ -6,6 +6,7 @@
 
 #include "lib/frame.glsl"
 #include "lib/material.glsl"
+#include "lib/cast.glsl"
 #include "lib/octahedron.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -17,6 +18,12 @@ layout(binding = 4, scalar) readonly buffer Materials { Material materials[]; };
 layout(binding = 5, r32f) uniform readonly image2D openness;
 layout(binding = 6, rg32f) uniform readonly image2D shadow;
 layout(binding = 7, rgba32f) uniform readonly image2D glow;
+layout(binding = 8, scalar) readonly buffer Casts { Cast casts[]; };
+layout(binding = 9, r32f) uniform readonly image2D cast0;
+layout(binding = 10, r32f) uniform readonly image2D cast1;
+layout(binding = 11, r32f) uniform readonly image2D cast2;
+layout(binding = 12, r32f) uniform readonly image2D cast3;
+layout(binding = 13, rgba32f) uniform readonly image2D canopy;
 
 layout(push_constant, scalar) uniform Push {
     ivec2 origin;      // of the tile, in samples of the whole picture
@@ -34,12 +41,15 @@ float coarse_cell_size() {
 #include "lib/light.glsl"
 #include "lib/clouds.glsl"
 #include "lib/gloss.glsl"
+#include "lib/canopy.glsl"
+#include "lib/casts.glsl"
 
 // What the sun and the sky send to both sides of a surface.
 struct Arriving {
     vec3 sun;          // on a plane that faces it
     float sky;         // share of the sky that is seen
     vec3 below;        // radiance of the ground below
+    float hidden;      // share of the sky that other leaves hide
 };
 
 // Light from above and below on a plane with this normal.
@@ -54,6 +64,10 @@ vec3 leaving(Material material, Coat coat, Arriving light, vec3 normal, vec3 vie
     float mirrored = schlick(material.refractive_index, dot(n, -view));
     vec3 scattered = coat.reflectance / PI * (light.sun * max(facing, 0.0) + dome(light, n))
                    + coat.transmittance / PI * (light.sun * max(-facing, 0.0) + dome(light, -n));
+    // Leaves that hide the sky are lit themselves, half of them well, and are of the same colour.
+    vec3 albedo = coat.reflectance + coat.transmittance;
+    vec3 open_light = frame.sun_irradiance * max(frame.sun_direction.y, 0.0) + sky_irradiance(vec3(0.0, 1.0, 0.0));
+    scattered += light.hidden * 0.25 * albedo * albedo / PI * open_light;
     vec3 gloss = light.sun * highlight(material, n, -view, frame.sun_direction) + mirrored * dome(light, n) / PI;
     return (1.0 - mirrored) * scattered + gloss;
 }
@@ -74,10 +88,18 @@ void main() {
     Coat coat = coat(material, point, found.y, footprint);
     Stencil coarse = stencil(point.xz, push.coarse_cells);
     Arriving light;
-    light.sun = frame.sun_irradiance
-              * sun_visibility(point.y, BILINEAR(shadow, coarse).xy, coarse_cell_size(), footprint);
-    light.sky = BILINEAR(openness, coarse).x;
-    light.below = BILINEAR(glow, coarse).rgb;
+    vec4 leaves = BILINEAR(canopy, stencil(point.xz, imageSize(canopy).x));
+    float visible = sun_visibility(point.y, BILINEAR(shadow, coarse).xy, coarse_cell_size(), footprint);
+    if (visible > 0.0) {
+        float elsewhere = through_canopy(leaves, point.y, 1.0 / max(frame.sun_direction.y, 0.1));
+        visible *= cast_visibility(point, 0.02 + footprint, 6, cast_turn(push.origin + at), elsewhere);
+    }
+    // Own leaves are among those of the canopy: what hides more counts.
+    vec2 open = unpackUnorm2x16(found.w);
+    light.sun = frame.sun_irradiance * visible;
+    light.sky = BILINEAR(openness, coarse).x * min(open.x, through_canopy(leaves, point.y, 1.4));
+    light.below = BILINEAR(glow, coarse).rgb * open.y * through_canopy(leaves, -1e9, 1.4);
+    light.hidden = 1.0 - light.sky;
     vec3 seen = leaving(material, coat, light, unpack_direction(found.z), view);
     imageStore(radiance, at, vec4(with_clouds(veil(seen, view, path), view, path), 1.0));
 }

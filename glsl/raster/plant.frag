@@ -8,13 +8,13 @@
 
 layout(location = 0) in vec3 point;
 layout(location = 1) in vec3 normal;
-layout(location = 2) in vec2 uv;
+layout(location = 2) in vec2 openness;
 layout(location = 3) flat in uvec2 identity;
 
 layout(location = 0) out float range;
-layout(location = 1) out uvec4 plant;  // material; random number; normal; uv
+layout(location = 1) out uvec4 plant;  // material; random number; normal; openness
 
 void main() {
     range = -distance(frame.eye, point);
-    plant = uvec4(identity.x, identity.y, pack_direction(normalize(normal)), packHalf2x16(uv));
+    plant = uvec4(identity.x, identity.y, pack_direction(normalize(normal)), packUnorm2x16(openness));
 }

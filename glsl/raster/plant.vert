@@ -13,7 +13,7 @@ layout(binding = 2, scalar) readonly buffer Vertices { Vertex vertices[]; };
 
 layout(location = 0) out vec3 point;
 layout(location = 1) out vec3 normal;
-layout(location = 2) out vec2 uv;
+layout(location = 2) out vec2 openness;  // shares of sky and ground
 layout(location = 3) flat out uvec2 identity;  // material; random number of the instance
 
 void main() {
@@ -21,7 +21,7 @@ void main() {
     Instance instance = instances[gl_InstanceIndex];
     point = placed(instance, vertex.position);
     normal = rotate(instance.rotation, unpack_direction(vertex.normal));
-    uv = vertex.uv;
+    openness = unpackUnorm2x16(vertex.openness);
     identity = uvec2(vertex.material, instance.random);
     gl_Position = tile_clip(point);
 }

@@ -5,6 +5,7 @@
 // ground is, by light that came through the water.
 
 #include "lib/frame.glsl"
+#include "lib/cast.glsl"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
@@ -18,6 +19,12 @@ layout(binding = 7, r32f) uniform readonly image2D openness;
 layout(binding = 8, r32f) uniform readonly image2D surf;
 layout(binding = 9, rg32f) uniform readonly image2D shadow;
 layout(binding = 10, rgba32f) uniform readonly image2D glow;
+layout(binding = 11, scalar) readonly buffer Casts { Cast casts[]; };
+layout(binding = 12, r32f) uniform readonly image2D cast0;
+layout(binding = 13, r32f) uniform readonly image2D cast1;
+layout(binding = 14, r32f) uniform readonly image2D cast2;
+layout(binding = 15, r32f) uniform readonly image2D cast3;
+layout(binding = 16, rgba32f) uniform readonly image2D canopy;
 
 layout(push_constant, scalar) uniform Push {
     ivec2 origin;      // of the tile, in samples of the whole picture
@@ -37,6 +44,8 @@ float coarse_cell_size() {
 #include "lib/light.glsl"
 #include "lib/sea.glsl"
 #include "lib/clouds.glsl"
+#include "lib/canopy.glsl"
+#include "lib/casts.glsl"
 
 // A view ray's end on the ground, through air and perhaps water.
 struct Hit {
@@ -92,7 +101,7 @@ vec3 wet(vec3 bed, vec3 view, float depth, float openness) {
 }
 
 // Radiance that leaves the ground towards the eye. Under water, light arrives and bounces as the sea lets it.
-vec3 ground_radiance(Hit hit, vec3 view) {
+vec3 ground_radiance(Hit hit, vec3 view, float turn) {
     Stencil s = stencil(hit.point.xz, frame.cells);
     Stencil coarse = stencil(hit.point.xz, push.coarse_cells);
     Place place;
@@ -109,6 +118,12 @@ vec3 ground_radiance(Hit hit, vec3 view) {
     vec3 sun = frame.sun_irradiance * visible;
     float depth = frame.sea_level - hit.point.y;
     if (depth <= 0.0) {
+        vec4 leaves = BILINEAR(canopy, stencil(hit.point.xz, imageSize(canopy).x));
+        place.openness *= through_canopy(leaves, hit.point.y, 1.4);
+        if (visible > 0.0) {
+            float elsewhere = through_canopy(leaves, hit.point.y, 1.0 / max(frame.sun_direction.y, 0.1));
+            sun *= cast_visibility(hit.point, 0.0, 12, turn, elsewhere);
+        }
         vec3 light = sun * max(dot(found.normal, frame.sun_direction), 0.0)
                    + sky_irradiance(found.normal) * place.openness + bounced(found.albedo, place.openness);
         return wet(found.albedo / PI * light, view, BILINEAR(water, s).x, place.openness);
@@ -200,7 +215,7 @@ void main() {
         footprint *= inversesqrt(max(-view.y, 0.02));
         hit = sea_bottom(surface, refract(view, vec3(0.0, 1.0, 0.0), 1.0 / REFRACTIVE_INDEX), footprint);
     }
-    vec3 seen = ground_radiance(hit, view);
+    vec3 seen = ground_radiance(hit, view, cast_turn(push.origin + at));
     if (sea) seen = sea_radiance(surface, view, footprint, hit, seen);
     imageStore(radiance, at, vec4(with_clouds(veil(seen, view, path), view, path), 1.0));
 }

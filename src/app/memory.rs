@@ -12,7 +12,11 @@ use std::fmt::{self, Display, Formatter};
 /// What a run makes of the land.
 #[derive(Clone, Copy)]
 pub enum Goal {
-    Picture(Film),
+    Picture {
+        film: Film,
+        /// Whether plants are in it: their models come on top, whose size shows when they have grown.
+        planted: bool,
+    },
     Layers(Layers),
 }
 
@@ -83,9 +87,12 @@ impl Needs {
         // The widest image on its way: controls to the device, what is kept for later runs from it.
         let mut host = vec![Memory { name: "copies", bytes: 16 * samples }];
         match goal {
-            Goal::Picture(film) => {
+            Goal::Picture { film, planted } => {
                 picture.push(plan.land_memory());
                 picture.extend(raster::memory::picture(plan.grid, film, Quality::default()));
+                if *planted {
+                    picture.extend(raster::memory::plants(plan.grid, film, Quality::default()));
+                }
                 host.push(Memory { name: "picture", bytes: picture_bytes(film) });
             }
             Goal::Layers(Layers { source, file }) => {
@@ -228,7 +235,8 @@ mod tests {
     }
 
     fn picture(_: &Plan) -> Goal {
-        Goal::Picture(Film { width: 1280, height: 720, exposure: 1.0, tone_map: ToneMap::None })
+        let film = Film { width: 1280, height: 720, exposure: 1.0, tone_map: ToneMap::None };
+        Goal::Picture { film, planted: false }
     }
 
     fn refusal(plan: &Plan, limits: Limits) -> Option<String> {

@@ -3,8 +3,8 @@
 use super::{Quality, light::sky_irradiance};
 use crate::core::camera::Pinhole;
 use crate::gpu::Buffer;
-use crate::scene::{Film, Perez, Scene, Sky};
-use crate::shaders::{Frame, Patch};
+use crate::scene::{ByHeight, Film, Mixture, Perez, Scene, Sky, Snow, Surface};
+use crate::shaders::{self, Frame, Patch};
 
 /// What a picture's passes share.
 pub(super) struct Prepared {
@@ -63,9 +63,27 @@ pub(super) fn values(
         beach_height: surface.beach_height,
         beach_slope: surface.beach_slope,
         patch_size: surface.patch_size,
+        crowns: surface.crowns,
         ..Frame::default()
     };
-    with_air(with_sky(with_sun(frame, scene), &light.sky), scene)
+    with_air(with_sky(with_sun(with_surface(frame, surface), scene), &light.sky), scene)
+}
+
+fn with_surface(mut frame: Frame, surface: &Surface) -> Frame {
+    // Above all ground.
+    let none = Snow { colour: [0.0; 3], height: [1e9, 2e9], slope: [1.0, 2.0] };
+    let snow = surface.snow.unwrap_or(none);
+    (frame.snow, frame.snow_height, frame.snow_slope) = (snow.colour, snow.height, snow.slope);
+    if let Some(ByHeight { ground, rock, rock_start, ground_end }) = surface.by_height {
+        let by_height = [rock_start, ground_end];
+        frame = Frame { by_height, low: tint(ground), high: tint(rock), ..frame };
+    }
+    frame
+}
+
+fn tint(mixture: Mixture) -> shaders::Tint {
+    let Mixture { reflectance, second_reflectance, position_factor, value_factor } = mixture;
+    shaders::Tint { from: reflectance, to: second_reflectance, position_factor, value_factor }
 }
 
 fn with_sun(frame: Frame, scene: &Scene) -> Frame {

@@ -1,8 +1,9 @@
 //! Device memory of a picture, before any device is asked.
 
+use super::population::{canopy, cast, shapes};
 use super::{Quality, exposure, patches};
 use crate::core::{grid::Grid, memory::Memory};
-use crate::scene::Film;
+use crate::scene::{Film, Population};
 use crate::shaders::Patch;
 
 /// What [`super::Renderer::begin`] and [`super::Drawing::step`] need beside the ground itself.
@@ -16,10 +17,30 @@ pub fn picture(grid: Grid, film: &Film, quality: Quality) -> Vec<Memory> {
     parts
 }
 
+/// What plants take beside that, whatever they are; their [`models`] come on top.
+pub fn plants(grid: Grid, film: &Film, quality: Quality) -> Vec<Memory> {
+    let [width, height] = [film.width, film.height].map(|side| u64::from(side.min(quality.tile)));
+    let samples = width * height * u64::from(quality.samples).pow(2);
+    let texels = u64::from(cast::SIDE).pow(2);
+    vec![
+        // What every sample sees of a plant, and the depth that it has there.
+        Memory { name: "plants", bytes: samples * (16 + 4) },
+        // Each map, and the depth that serves them one after another.
+        Memory { name: "shadow maps", bytes: (cast::MAPS as u64 + 1) * texels * 4 },
+        Memory { name: "canopy", bytes: u64::from(canopy::side(grid)).pow(2) * 16 },
+    ]
+}
+
+/// What the models of a population take at most, in all of their levels.
+pub fn models(population: &Population) -> Memory {
+    let levels = population.models.iter().flat_map(|model| &model.levels);
+    Memory { name: "models", bytes: levels.map(shapes::bytes).sum() }
+}
+
 /// What [`super::Renderer::maps`] needs beside the ground itself.
 pub fn maps(grid: Grid) -> Vec<Memory> {
     let mut parts = light(grid);
-    parts.push(Memory { name: "maps", bytes: grid.samples() as u64 * (4 + 16 + 16) });
+    parts.push(Memory { name: "maps", bytes: grid.samples() as u64 * (4 + 16 + 16 + 4) });
     parts
 }
 

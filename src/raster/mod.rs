@@ -2,8 +2,9 @@
 //!
 //! 1. `patches` bounds every patch of ground; the camera that frames the island stands by these.
 //! 2. [`Exposure`] finds what reaches each place: sun, sky, waves.
-//! 3. For each tile of the picture, `terrain` rasterises how far away the ground is, `shade` gives every sample its
-//!    radiance, and `resolve` makes pixels of samples.
+//! 3. [`population`] draws the shadows of plants, as the sun sees them.
+//! 4. For each tile of the picture, `terrain` rasterises how far away the ground is, and `plant` what stands before it;
+//!    `foliage` and `shade` give every sample its radiance, and `resolve` makes pixels of samples.
 
 mod exposure;
 mod frame;
@@ -28,7 +29,7 @@ pub use maps::Maps;
 pub use picture::Picture;
 
 use frame::Prepared;
-use population::Crowd;
+use population::{Crowd, cast::Casts};
 use tile::Tile;
 
 /// Draws scenes. Making one compiles its programs; it can then draw any number of pictures.
@@ -170,9 +171,10 @@ impl Renderer {
         let radiance = Image::<Rgba32f>::new(&self.gpu, "radiance", tile.sample_size())?;
         let origin = tile.origin.map(|at| (at * tile.samples) as i32);
         let coarse_cells = exposure.openness.size()[0] as i32;
-        if let Some(crowd) = crowd {
-            let view = (*scene, prepared, film, tile);
-            let plant = self.population.draw(&self.gpu, crowd, view, &range, &depth)?;
+        let Crowd { casts: Casts { casts, maps: [cast0, cast1, cast2, cast3] }, canopy, .. } = crowd;
+        let view = (*scene, prepared, film, tile);
+        let plant = self.population.draw(&self.gpu, crowd, view, &range, &depth)?;
+        if let Some((plant, materials)) = plant.as_ref().zip(crowd.materials()) {
             let mut rec = Recorder::new(&self.gpu);
             rec.dispatch(
                 &self.foliage,
@@ -181,12 +183,18 @@ impl Renderer {
                 foliage::Bindings {
                     frame: &prepared.frame,
                     range: &range,
-                    plant: &plant,
+                    plant,
                     radiance: &radiance,
-                    materials: crowd.materials(),
+                    materials,
                     openness: &exposure.openness,
                     shadow: &exposure.shadow,
                     glow: &exposure.glow,
+                    casts,
+                    cast0,
+                    cast1,
+                    cast2,
+                    cast3,
+                    canopy,
                 },
             );
             rec.submit()?.wait()?;
@@ -210,6 +218,12 @@ impl Renderer {
                 surf: &exposure.surf,
                 shadow: &exposure.shadow,
                 glow: &exposure.glow,
+                casts,
+                cast0,
+                cast1,
+                cast2,
+                cast3,
+                canopy,
             },
         );
         rec.dispatch(
@@ -231,7 +245,7 @@ pub struct Drawing<'a> {
     film: Film,
     prepared: Prepared,
     exposure: Exposure,
-    crowd: Option<Crowd>,
+    crowd: Crowd,
     tiles: Vec<Tile>,
     done: usize,
     picture: Picture,

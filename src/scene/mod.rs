@@ -125,6 +125,41 @@ pub struct Surface {
     pub beach_slope: f32,
     /// Size of the largest patches in the procedural mottling, metres.
     pub patch_size: f32,
+    /// How far grass is painted as a forest seen from afar, 0…1: 0 where plants stand themselves.
+    pub crowns: f32,
+    pub snow: Option<Snow>,
+    /// In place of all that is above, but for snow.
+    pub by_height: Option<ByHeight>,
+}
+
+/// Snow on high ground that is not too steep for it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snow {
+    /// Linear Rec.709 albedo.
+    pub colour: [f32; 3],
+    /// Height above the sea at which the first patches lie, and above which all is covered, metres.
+    pub height: [f32; 2],
+    /// Slope at which snow begins to slide off, and at which none stays, radians.
+    pub slope: [f32; 2],
+}
+
+/// Ground below and rock above, mixed in between in proportion to the height (Rudzki 2020, §3.3).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ByHeight {
+    pub ground: Mixture,
+    pub rock: Mixture,
+    /// Heights above the datum at which rock begins and at which only rock is left, metres.
+    pub rock_start: f32,
+    pub ground_end: f32,
+}
+
+/// Two colours that noise mixes, as in a [`Material`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mixture {
+    pub reflectance: [f32; 3],
+    pub second_reflectance: [f32; 3],
+    pub position_factor: f32,
+    pub value_factor: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,7 +5,7 @@ use super::fault::Complaint;
 use super::kinds::*;
 use super::place::{Place, noun};
 use super::schema::{Kind, Names, Preset, REQUIRED, Shape, Unit, section};
-use super::{planting, species};
+use super::{models, planting, species};
 use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
 use crate::terrain::{Boundary, hydraulic, reef, thermal};
@@ -65,6 +65,8 @@ section! {
         ]),
         /// Kinds of plants, by names of your own.
         species: Vec<(String, species::Entry)> = named(Names::Words, species::EntryKind, "{}"),
+        /// Models from files: rocks, houses, plants of other programs.
+        models: Vec<models::Model> = list(table::<models::Model>(), 0..=256, "[]"),
         /// Where plants stand: rules, from the largest plants to the smallest.
         plants: Vec<planting::Rule> = list(planting::rule(), 0..=64, "[]"),
         /// Where the picture is seen from.
@@ -523,6 +525,53 @@ section! {
         beach_slope = number(14.0, DEGREES, 0.0..=90.0),
         /// Size of the largest patches of colour.
         patch_size = number(400.0, M, 0.01..=100_000.0),
+        /// How far grass is painted as a forest seen from afar: 1 is an island without plants, 0 where they stand themselves.
+        crowns = number(1.0, NONE, 0.0..=1.0),
+        /// Snow on high ground.
+        snow = or_none(table::<scene::Snow>()),
+        /// Two materials by height alone, in place of all that is above, but for snow.
+        by_height = word_or("none", "All that is above decides.", table::<scene::ByHeight>()),
+    }
+}
+
+section! {
+    /// Snow on high ground that is not too steep for it.
+    for scene::Snow {
+        /// Its colour.
+        colour = colour("#e8ecf2"),
+        /// Height above the sea at which the first patches lie, and above which all is covered.
+        height = numbers([1200.0, 1800.0], M, -20_000.0..=20_000.0),
+        /// Slope at which it begins to slide off, and at which none stays.
+        slope = numbers([35.0, 55.0], DEGREES, 0.0..=90.0),
+    }
+}
+
+section! {
+    /// Ground below and rock above, mixed in between in proportion to the height (Rudzki 2020, section 2.3).
+    for scene::ByHeight {
+        /// The ground.
+        ground = table::<scene::Mixture>(),
+        /// The rock.
+        rock = table::<scene::Mixture>(),
+        /// Height above the datum at which rock begins.
+        rock_start = number(10.0, M, -1e5..=1e5),
+        /// Height above the datum at which only rock is left.
+        ground_end = number(20.0, M, -1e5..=1e5),
+    }
+}
+
+section! {
+    /// A colour that noise mixes of two: `mix(reflectance, second_reflectance, clamp(noise(p · position_factor) ·
+    /// value_factor, 0, 1))`, with Perlin's noise of 2002 from 0 to 1 at the place p (Rudzki 2020, equation 2.1).
+    for scene::Mixture {
+        /// Light that it scatters back.
+        reflectance = colour("#576c30"),
+        /// The other colour.
+        second_reflectance = colour("#675f58"),
+        /// How fine the mixture is.
+        position_factor = number(1.0, PER_M, 0.0..=10_000.0),
+        /// How strong it is.
+        value_factor = number(1.0, NONE, 0.0..=100.0),
     }
 }
 

@@ -42,7 +42,8 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     if named {
         limits = Limits::of(gpu.insert(land::open(&arguments.device, session)?));
     }
-    let goal = |_: &Plan| Goal::Picture(world.film);
+    let planted = !world.plants.rules.is_empty();
+    let goal = |_: &Plan| Goal::Picture { film: world.film, planted };
     let needs = Needs::of(&world.plan, &goal(&world.plan));
     // Only a limit makes a grid too large.
     let largest = limits.device.and_then(|_| largest_grid(&world.plan, goal, &limits));

@@ -62,7 +62,8 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
-    memory::check(&world.plan, |_| Goal::Picture(film), &Limits::of(&gpu))?;
+    let planted = !world.plants.rules.is_empty();
+    memory::check(&world.plan, |_| Goal::Picture { film, planted }, &Limits::of(&gpu))?;
     let renderer = Renderer::new(&gpu)?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let camera = land::camera(&gpu, &world, &simulation)?;

@@ -1,7 +1,7 @@
 //! Where plants stand.
 //!
-//! Rules are followed in order. Each finds places (`scatter`, `cover`, `grid`), asks whether its plants like the ground
-//! there (`site`) and whether earlier ones leave them light (`shade`), and stands them on it (`stand`).
+//! Rules are followed in order. Each finds places (`scatter`, `cover`, `grid`, `spots`), asks whether its plants like the
+//! ground there (`site`) and whether earlier ones leave them light (`shade`), and stands them on it (`stand`).
 
 mod cover;
 mod darts;
@@ -13,6 +13,7 @@ mod random;
 mod scatter;
 mod shade;
 mod site;
+mod spots;
 mod stand;
 
 pub use cover::Cover;
@@ -22,21 +23,27 @@ pub use ground::{Ground, Needs};
 pub use kind::Kind;
 pub use scatter::{Rivalry, Scatter};
 pub use site::{Footing, Patches, Ramp, Site};
+pub use spots::Spot;
 
 use super::species::Species;
 use crate::core::camera::Pinhole;
-use crate::scene::{Instance, Model};
+use crate::scene::{Instance, Model, Population};
 use glam::Vec2;
 use random::Random;
 use shade::{Circle, Crowns, Place};
-use stand::{Plant, stand};
+use stand::{Plant, stand, turn};
 use std::sync::Arc;
 
-/// What grows on a world's ground: kinds, and rules that place them, in order.
+/// What stands on a world's ground: kinds, and rules that place them, in order.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
+    /// The first kinds.
     pub species: Vec<Arc<Species>>,
+    /// The kinds that follow: models from files, one each.
+    pub models: Vec<Arc<Model>>,
     pub rules: Vec<Rule>,
+    /// What stands already, whatever the ground.
+    pub standing: Vec<Population>,
 }
 
 impl Plan {
@@ -48,7 +55,7 @@ impl Plan {
         species.flat_map(|index| (0..self.species[index].variants).map(move |variant| (index, variant))).collect()
     }
 
-    /// The kinds that rules name, from the models of [`Plan::variants`], in that order.
+    /// The kinds that rules name, of these models: those of [`Plan::variants`] and [`Plan::models`], in that order.
     pub fn kinds(&self, models: &[Arc<Model>]) -> Vec<Kind> {
         let variants = self.variants();
         let kind = |(index, species): (usize, &Arc<Species>)| {
@@ -56,7 +63,9 @@ impl Plan {
                 ..variants.partition_point(|(other, _)| *other <= index);
             Kind::of_models(&species.name, range.start as u32, models.get(range).unwrap_or_default())
         };
-        self.species.iter().enumerate().map(kind).collect()
+        let solid = |(index, model)| Kind::of_solid((variants.len() + index) as u32, model);
+        let species = self.species.iter().enumerate().map(kind);
+        species.chain(self.models.iter().enumerate().map(solid)).collect()
     }
 
     /// What the rules need to know of the land.
@@ -84,11 +93,12 @@ pub struct Rule {
 }
 
 /// How a rule finds places.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Places {
     Scatter(Scatter),
     Cover(Cover),
     Grid(Grid),
+    Spots(Arc<[Spot]>),
 }
 
 /// Why nothing is planted.
@@ -132,6 +142,7 @@ impl Rule {
             Places::Scatter(scatter) => scatter::predict(self, scatter, ground),
             Places::Cover(cover) => cover.predict(),
             Places::Grid(grid) => grid.predict(),
+            Places::Spots(spots) => spots.len() as f64,
         }
     }
 }
@@ -172,6 +183,7 @@ impl<'a> Planter<'a> {
             Places::Scatter(scatter) => scatter::plant(rule, scatter, self)?,
             Places::Cover(cover) => cover::plant(rule, cover, self),
             Places::Grid(grid) => grid::plant(rule, grid, self),
+            Places::Spots(spots) => spots::plant(rule, spots, self),
         };
         self.check(rule, plants.len() as f64)?;
         self.instances.extend(plants.iter().map(|plant| plant.instance));
@@ -203,7 +215,8 @@ impl<'a> Planter<'a> {
     /// A plant of a rule at a place, unless earlier ones don't let it live.
     fn grow(&self, rule: &Rule, at: Vec2, scale: f32, random: &mut Random) -> Option<Plant> {
         let kind = &self.kinds[rule.pick(random)];
-        let plant = stand(rule, kind, self.ground, at, scale, random);
+        let turn = turn(random);
+        let plant = stand(rule, kind, self.ground, at, scale, turn, random);
         let place = self.crowns.iter().map(|crowns| crowns.place(at, plant.circle.foot)).max();
         let lives = match place.unwrap_or(Place::Open) {
             Place::Open => true,

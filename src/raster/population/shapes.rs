@@ -1,10 +1,12 @@
 //! Triangles of models on the device: each once, in a few large buffers.
 
+use super::occlusion::Occlusion;
 use crate::core::mesh::Mesh;
 use crate::gpu::{self, Buffer, Gpu, Recorder};
-use crate::scene::{Level, Material, Population};
+use crate::scene::{Level, Material, Model, Population};
 use crate::shaders::{self, Vertex};
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// The levels of all models that a picture shows.
@@ -46,11 +48,13 @@ impl Shapes {
         let mut first_material = 0;
         for (model, shown) in population.models.iter().zip(shown) {
             let mut levels = Vec::new();
+            let occlusion = shown.contains(&true).then(|| Occlusion::of(model));
             for (level, shown) in model.levels.iter().zip(shown) {
                 if filling.bytes() > POOL_BYTES {
                     pools.push(std::mem::take(&mut filling).upload(gpu)?);
                 }
-                levels.push(shown.then(|| filling.add(level, first_material, pools.len())));
+                let add = |occlusion| filling.add(level, first_material, occlusion, pools.len());
+                levels.push(occlusion.as_ref().filter(|_| *shown).map(add));
             }
             places.push(levels);
             first_material += model.materials.len() as u32;
@@ -66,6 +70,26 @@ impl Shapes {
     pub fn place(&self, model: u32, level: u32) -> Option<&Place> {
         self.places.get(model as usize)?.get(level as usize)?.as_ref()
     }
+}
+
+/// Area of a level's leaves, one-sided, or of leaves that hide as much, m².
+pub fn density_area(model: &Model, level: &Level) -> f32 {
+    let part = |part: &crate::scene::Part| {
+        let corner = |index: u32| Vec3::from(part.mesh.positions[index as usize]);
+        let area = |triangle: &[u32; 3]| {
+            let [a, b, c] = triangle.map(corner);
+            (b - a).cross(c - a).length() / 2.0
+        };
+        2.0 * projected(model, part.material) * part.mesh.triangles.iter().map(area).sum::<f32>()
+    };
+    level.parts.iter().map(part).sum()
+}
+
+/// Share of a surface's area that is in the way of light, on average over all directions: half of a leaf, and a quarter of
+/// what is closed, of which only the front counts (Cauchy). What lets light through is a leaf.
+pub fn projected(model: &Model, material: usize) -> f32 {
+    let leaf = model.materials.get(material).is_some_and(|material| material.transmittance != [0.0; 3]);
+    if leaf { 0.5 } else { 0.25 }
 }
 
 /// Bytes that a level takes on the device.
@@ -94,17 +118,17 @@ impl Filling {
         self.vertices.len() * size_of::<Vertex>() + self.indices.len() * 4
     }
 
-    fn add(&mut self, level: &Level, first_material: u32, pool: usize) -> Place {
+    fn add(&mut self, level: &Level, first_material: u32, occlusion: &Occlusion, pool: usize) -> Place {
         let (first_vertex, first_index) = (self.vertices.len() as u32, self.indices.len() as u32);
         for part in &level.parts {
             let mesh = &part.mesh;
             let first = self.vertices.len() as u32 - first_vertex;
             let material = first_material + part.material as u32;
-            let corners = mesh.positions.iter().zip(&mesh.normals).zip(&mesh.uvs);
-            self.vertices.extend(corners.map(|((&position, &normal), &uv)| Vertex {
+            let corners = mesh.positions.par_iter().zip(&mesh.normals);
+            self.vertices.par_extend(corners.map(|(&position, &normal)| Vertex {
                 position,
                 normal: packed_direction(normal.into()),
-                uv,
+                openness: packed_shares(occlusion.at(position.into())),
                 material,
             }));
             self.indices.extend(mesh.triangles.as_flattened().iter().map(|index| first + index));
@@ -122,14 +146,22 @@ impl Filling {
 
 fn material(material: &Material) -> shaders::Material {
     shaders::Material {
-        reflectance_from: material.reflectance[0],
-        reflectance_to: material.reflectance[1],
+        reflectance: shaders::Tint {
+            from: material.reflectance[0],
+            to: material.reflectance[1],
+            position_factor: material.position_factor,
+            value_factor: material.value_factor,
+        },
         transmittance: material.transmittance,
-        position_factor: material.position_factor,
-        value_factor: material.value_factor,
         refractive_index: material.refractive_index,
         roughness: material.roughness,
     }
+}
+
+/// The twin of `packUnorm2x16`.
+fn packed_shares(shares: [f32; 2]) -> u32 {
+    let [low, high] = shares.map(|share| (share.clamp(0.0, 1.0) * 65535.0).round() as u32);
+    high << 16 | low
 }
 
 /// The twin of `pack_direction` in `glsl/lib/octahedron.glsl`.
