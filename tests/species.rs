@@ -45,7 +45,7 @@ const PORTRAITS: [Portrait; 12] = [
     portrait("dead", [6.0, 9.5], 60_000, 0.02, [0.0, 0.0]),
     portrait("fern", [0.6, 1.1], 30_000, 0.02, [1.0, 3.0]),
     portrait("grass", [0.3, 0.8], 420, 0.01, [0.1, 2.0]),
-    portrait("oak", [8.0, 11.0], 150_000, 0.02, [2.5, 7.0]),
+    portrait("oak", [7.5, 10.5], 150_000, 0.02, [2.5, 7.0]),
     portrait("palm", [10.0, 15.0], 60_000, 0.2, [1.0, 3.0]),
     portrait("pine", [12.0, 17.0], 150_000, 0.02, [1.5, 7.0]),
     portrait("poppy", [0.3, 0.75], 1_500, 0.02, [0.1, 1.5]),
@@ -102,7 +102,9 @@ fn shipped_species_read_without_warnings_and_grow_in_every_variant() {
                 assert!((most.y - least.y - f64::from(height)).abs() < 1e-3 * f64::from(height));
             }
             let levels = species.model(&body).levels;
-            assert!(levels.len() >= 3 && levels[0].triangles() < 150_000, "{}", path.display());
+            let triangles = levels[0].triangles();
+            assert!(triangles > 0 && triangles < 150_000, "{}: {triangles}", path.display());
+            assert!(triangles < 100 || levels.len() >= 3, "{}: {} levels", path.display(), levels.len());
             bodies.push(body);
         }
         // Variants are different plants.
@@ -250,7 +252,12 @@ fn what_floats_is_found() {
     body.leaves[1000].place.translation.y += 30.0;
     let stem = body.stems.len() - 1;
     body.stems[stem].nodes.iter_mut().for_each(|node| node.position.x += 50.0);
-    assert_eq!(floating(&body, 0.01).len(), 2);
+    let found = floating(&body, 0.01);
+    for what in [format!("branch {stem} "), format!("leaf {} ", body.stems.len() + 1000)] {
+        assert!(found.iter().any(|found| found.starts_with(&what)), "{what} is not in {found:?}");
+    }
+    // They and what the twig bore.
+    assert!(found.len() < 12, "{found:?}");
 }
 
 /// An L-system inside a plant goes on where it is placed, in the turtle's direction and with its left and up.

@@ -13,7 +13,7 @@ use crate::plants::derive::Limits;
 use crate::scene::Model;
 use crate::world::species::{self, Loaded};
 use clap::{Args, ValueHint};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Grow a plant of a species: its figures, its model, a picture of it
 ///

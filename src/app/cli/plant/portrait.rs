@@ -90,8 +90,8 @@ fn camera(model: &Model, fov: f32, size: Size) -> Camera {
     Camera { view: View::LookAt { position: eye, target: eye + forward }, fov }
 }
 
-/// How much farther away than need be the camera stands.
-const ROOM: f32 = 1.12;
+/// How much farther away the camera stands than the box around the plant needs, whose corners are empty.
+const ROOM: f32 = 1.0;
 
 /// Pictures side by side, row by row.
 struct Sheet {
