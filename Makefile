@@ -6,18 +6,23 @@ RUN = $(CARGO) run --release --locked --quiet --
 TEST = $(CARGO) test --release --locked
 # Where `make install` puts things.
 PREFIX ?= $(HOME)/.local
-# Random cases a property gets from `make fuzz`.
-CASES ?= 100000
+# What `make fuzz` gives: seconds for each of the six kinds of file, and random cases for each property.
+TIME ?= 600
+CASES ?= 20000
 
-.PHONY: help demo install test test-long bench fuzz lint doc
+# In the order of docs/species.md.
+SPECIES = oak beech spruce pine palm dead shrub fern grass tussock daisy poppy
+
+.PHONY: help demo species install test test-long bench fuzz lint doc
 
 help:
 	@echo 'make demo       build, and render configs/island/volcano.toml to out/volcano.png'
+	@echo 'make species    pictures of all species, in docs/pictures'
 	@echo 'make install    the program, its manual and completions for shells, below PREFIX=$(PREFIX)'
 	@echo 'make test       the test suite, on the Vulkan device that is found (lavapipe will do)'
 	@echo 'make test-long  the tests that take too long for every change'
 	@echo 'make bench      how fast land is made here, as docs/benches.md shows it'
-	@echo 'make fuzz       the readers of files against CASES=$(CASES) random files'
+	@echo 'make fuzz       the readers of files against damaged ones, TIME=$(TIME) seconds for each kind: an hour in all'
 	@echo 'make lint       formatting and clippy, warnings denied'
 	@echo 'make doc        the documentation of the library, warnings denied'
 
@@ -28,6 +33,12 @@ demo:
 	@mkdir -p out
 	$(RUN) render configs/island/volcano.toml -o out/volcano.png
 	@echo 'The picture is out/volcano.png.'
+
+species:
+	@scripts/install.sh
+	$(RUN) plant $(SPECIES:%=configs/species/%.toml) -o docs/pictures/species.png
+	$(RUN) plant $(wildcard configs/species/honda_*.toml configs/species/abop_*.toml) \
+		-o docs/pictures/species_of_the_book.png --size 240x256
 
 install:
 	@scripts/install.sh
@@ -54,7 +65,7 @@ bench:
 
 fuzz:
 	@scripts/install.sh
-	PROPTEST_CASES=$(CASES) $(TEST) --tests fuzz
+	TERRANE_FUZZ_SECONDS=$(TIME) TERRANE_FUZZ_SEED=$$(date +%s) PROPTEST_CASES=$(CASES) $(TEST) --tests fuzz -- --nocapture
 
 lint:
 	$(CARGO) fmt --check

@@ -7,7 +7,8 @@ mod kit;
 
 use exr::prelude::{AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer};
 use exr::prelude::{LayerAttributes, LineOrder, Vec2, WritableImage};
-use kit::tiff::{self, Tiff, Value};
+use kit::tiff::{self, Tiff, Value as Field};
+use serde_json::{Value, json};
 use std::fs;
 use std::io::Write;
 use std::path::Path;
@@ -191,19 +192,19 @@ fn tiffs() {
     let floats: Vec<u8> = (0..24 * 20).flat_map(|index| (index as f32).to_le_bytes()).collect();
     let sound = || Tiff::strips([24, 20], 32, 3, 20, vec![floats.clone()]);
     let tiled = || Tiff::tiles([24, 20], 32, 3, [32, 32], vec![vec![0; 32 * 32 * 4]]);
-    let long = |tag, value| sound().with(tag, Value::Long(vec![value])).bytes();
-    let short = |tag, values: &[u16]| sound().with(tag, Value::Short(values.to_vec())).bytes();
+    let long = |tag, value| sound().with(tag, Field::Long(vec![value])).bytes();
+    let short = |tag, values: &[u16]| sound().with(tag, Field::Short(values.to_vec())).bytes();
     let size = |width, height| {
         sound()
-            .with(tiff::WIDTH, Value::Long(vec![width]))
-            .with(tiff::HEIGHT, Value::Long(vec![height]))
-            .with(tiff::ROWS_PER_STRIP, Value::Long(vec![height]))
+            .with(tiff::WIDTH, Field::Long(vec![width]))
+            .with(tiff::HEIGHT, Field::Long(vec![height]))
+            .with(tiff::ROWS_PER_STRIP, Field::Long(vec![height]))
             .bytes()
     };
     let tile = |width, height| {
         tiled()
-            .with(tiff::TILE_WIDTH, Value::Long(vec![width]))
-            .with(tiff::TILE_HEIGHT, Value::Long(vec![height]))
+            .with(tiff::TILE_WIDTH, Field::Long(vec![width]))
+            .with(tiff::TILE_HEIGHT, Field::Long(vec![height]))
             .bytes()
     };
     let plain = sound().bytes();
@@ -255,8 +256,8 @@ fn tiffs() {
             (
                 "strips and tiles",
                 sound()
-                    .with(tiff::TILE_WIDTH, Value::Long(vec![8]))
-                    .with(tiff::TILE_OFFSETS, Value::Offsets)
+                    .with(tiff::TILE_WIDTH, Field::Long(vec![8]))
+                    .with(tiff::TILE_OFFSETS, Field::Offsets)
                     .bytes(),
                 7,
             ),
@@ -271,7 +272,7 @@ fn tiffs() {
             (
                 "missing values",
                 Tiff::strips([24, 20], 32, 3, 20, vec![holes])
-                    .with(tiff::NO_DATA, Value::Ascii("-9999".into()))
+                    .with(tiff::NO_DATA, Field::Ascii("-9999".into()))
                     .bytes(),
                 3,
             ),
@@ -353,6 +354,326 @@ fn what_is_sound_passes_and_too_much_memory_does_not() {
     assert!(message.contains("10000 × 10000"), "{message}");
 }
 
+#[test]
+fn gltfs() {
+    let triangle = json!({
+        "asset": { "version": "2.0" },
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [{ "mesh": 0 }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1 }] }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" },
+            { "bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR" },
+        ],
+        "bufferViews": [
+            { "buffer": 0, "byteOffset": 0, "byteLength": 36 },
+            { "buffer": 0, "byteOffset": 36, "byteLength": 6 },
+        ],
+        "buffers": [{ "byteLength": 44 }],
+    });
+    let floats: Vec<u8> =
+        [0_f32, 0., 0., 1., 0., 0., 0., 1., 0.].into_iter().flat_map(f32::to_le_bytes).collect();
+    let binary = [floats, vec![0, 0, 1, 0, 2, 0, 0, 0]].concat();
+    let with = |pointer: &str, value: Value| {
+        let mut forged = triangle.clone();
+        set(&mut forged, pointer, value);
+        glb(&forged, &binary)
+    };
+    let not_finite = |value: f32| glb(&triangle, &[&value.to_le_bytes()[..], &binary[4..]].concat());
+    let beyond = [&binary[..40], &[3, 0, 0, 0]].concat();
+    let sound = glb(&triangle, &binary);
+    let length = |place: usize, value: u32| {
+        let mut forged = sound.clone();
+        forged[place..place + 4].copy_from_slice(&value.to_le_bytes());
+        forged
+    };
+    let json_length = u32::from_le_bytes(sound[12..16].try_into().unwrap()) as usize;
+    let chain = |count: usize, last: Value| {
+        let node =
+            |index: usize| if index + 1 < count { json!({ "children": [index + 1] }) } else { last.clone() };
+        with("/nodes", (0..count).map(node).collect())
+    };
+    // Nodes of nodes: every level doubles what is in it, unless every node has one parent.
+    let doubling: Value =
+        (0..40)
+            .map(|level| {
+                if level < 39 { json!({ "children": [level + 1, level + 1] }) } else { json!({ "mesh": 0 }) }
+            })
+            .collect();
+    let many_views = |accessors: usize| {
+        let mut forged = triangle.clone();
+        // 60 MB of positions, again and again.
+        let position = json!({ "bufferView": 0, "componentType": 5126, "count": 5_000_000, "type": "VEC3" });
+        set(&mut forged, "/accessors", vec![position; accessors].into());
+        set(&mut forged, "/bufferViews", json!([{ "buffer": 0, "byteLength": 60_000_000 }]));
+        set(&mut forged, "/buffers/0/byteLength", 60_000_000.into());
+        let primitives = (0..accessors).map(|index| json!({ "attributes": { "POSITION": index } }));
+        set(&mut forged, "/meshes/0/primitives", primitives.collect());
+        glb(&forged, &vec![0; 60_000_000])
+    };
+    let instancing = |attributes: Value| {
+        with("/nodes/0/extensions", json!({ "EXT_mesh_gpu_instancing": { "attributes": attributes } }))
+    };
+    let mut crowd = triangle.clone();
+    // One place of 12 bytes for everybody, and 200 million of them.
+    set(
+        &mut crowd,
+        "/accessors/2",
+        json!({ "bufferView": 0, "componentType": 5126, "count": 200_000_000, "type": "VEC3" }),
+    );
+    set(
+        &mut crowd,
+        "/nodes/0/extensions",
+        json!({ "EXT_mesh_gpu_instancing": { "attributes": { "TRANSLATION": 2 } } }),
+    );
+    let bytes = b"glTF\x02\0\0\0".to_vec();
+    models(
+        "model.glb",
+        vec![
+            ("empty", vec![], 7),
+            ("its magic alone", b"glTF".to_vec(), 7),
+            ("its version alone", bytes, 7),
+            ("of version 1", length(4, 1), 7),
+            ("zeros", vec![0; 4096], 7),
+            ("a picture", png([8, 8]), 7),
+            ("cut in its JSON", sound[..100].to_vec(), 7),
+            ("cut in its numbers", sound[..sound.len() - 20].to_vec(), 7),
+            ("a JSON longer than the file", length(12, u32::MAX), 7),
+            ("numbers longer than the file", length(20 + json_length, u32::MAX), 7),
+            ("chunks of another kind", length(16, 0x4e4f_534b), 7),
+            ("no JSON in it", glb(&Value::Null, &binary), 7),
+            ("deep JSON", raw_glb("[".repeat(1_000_000).as_bytes(), &[]), 7),
+            (
+                "a million nodes",
+                raw_glb(
+                    format!(
+                        "{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{}{{}}]}}",
+                        "{},".repeat(1_000_000)
+                    )
+                    .as_bytes(),
+                    &[],
+                ),
+                7,
+            ),
+            ("40 MB of JSON", raw_glb(" ".repeat(40 << 20).as_bytes(), &[]), 7),
+            ("no mesh", with("/nodes/0", json!({})), 3),
+            ("a mesh that is missing", with("/nodes/0/mesh", 1.into()), 7),
+            ("a node that is missing", with("/scenes/0/nodes/0", 7.into()), 7),
+            ("a scene that is missing", with("/scene", 7.into()), 7),
+            ("an accessor that is missing", with("/meshes/0/primitives/0/indices", u32::MAX.into()), 7),
+            ("a buffer view that is missing", with("/accessors/0/bufferView", 9.into()), 7),
+            (
+                "an accessor without a view",
+                with(
+                    "/accessors/0",
+                    json!({ "componentType": 5126, "count": 3_000_000_000_u64, "type": "VEC3" }),
+                ),
+                7,
+            ),
+            ("a buffer that is missing", with("/bufferViews/0/buffer", 1.into()), 7),
+            ("a material that is missing", with("/meshes/0/primitives/0/material", 0.into()), 7),
+            ("a buffer longer than the file", with("/buffers/0/byteLength", (1_u64 << 40).into()), 7),
+            ("a view longer than its buffer", with("/bufferViews/0/byteLength", 100.into()), 7),
+            ("a view that begins nowhere", with("/bufferViews/0/byteOffset", u64::MAX.into()), 7),
+            ("an accessor that begins nowhere", with("/accessors/0/byteOffset", (u64::MAX - 8).into()), 7),
+            ("more numbers than bytes", with("/accessors/0/count", 4.into()), 7),
+            ("10^19 numbers", with("/accessors/0/count", u64::MAX.into()), 7),
+            ("a negative count", with("/accessors/0/count", (-1).into()), 7),
+            ("no stride to speak of", with("/bufferViews/0/byteStride", 0.into()), 7),
+            ("a stride less than a number", with("/bufferViews/0/byteStride", 4.into()), 7),
+            ("a negative stride", with("/bufferViews/0/byteStride", (-12).into()), 7),
+            ("a long stride", with("/bufferViews/0/byteStride", (1_u64 << 62).into()), 7),
+            ("an unknown type of number", with("/accessors/0/componentType", 5124.into()), 7),
+            ("positions that are no vectors", with("/accessors/0/type", "SCALAR".into()), 7),
+            ("indices that are vectors", with("/accessors/1/type", "VEC2".into()), 7),
+            ("indices with a point", with("/meshes/0/primitives/0/indices", 0.into()), 7),
+            ("sparse numbers", with("/accessors/0/sparse", json!({ "count": 1 })), 7),
+            ("an index beyond the vertices", glb(&triangle, &beyond), 7),
+            ("no number", not_finite(f32::NAN), 7),
+            ("an infinite number", not_finite(f32::INFINITY), 7),
+            (
+                "a place that is none",
+                with("/nodes/0/matrix", json!([1e38, 0, 0, 0, 0, 1e38, 0, 0, 0, 0, 1e38, 0, 1e39, 0, 0, 1])),
+                7,
+            ),
+            (
+                "a perspective for a place",
+                with("/nodes/0/matrix", json!([1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])),
+                7,
+            ),
+            ("a turn about nothing", with("/nodes/0/rotation", json!([0, 0, 0, 0])), 7),
+            ("a node inside itself", with("/nodes/0/children", json!([0])), 7),
+            ("nodes in a circle", chain(3, json!({ "mesh": 0, "children": [0] })), 7),
+            ("a node with two parents", with("/nodes", doubling), 7),
+            ("200,000 nodes in each other", chain(200_000, json!({ "mesh": 0 })), 7),
+            ("points", with("/meshes/0/primitives/0/mode", 0.into()), 3),
+            (
+                "compressed",
+                with("/meshes/0/primitives/0/extensions", json!({ "KHR_draco_mesh_compression": {} })),
+                3,
+            ),
+            (
+                "an extension that is not known",
+                with("/extensionsRequired", json!(["EXT_meshopt_compression"])),
+                3,
+            ),
+            ("no base64", with("/buffers/0/uri", "data:application/octet-stream;base64,&&&&".into()), 7),
+            ("short base64", with("/buffers/0/uri", "data:application/octet-stream;base64,AAAA".into()), 7),
+            ("data of no kind", with("/buffers/0/uri", "data:,hello".into()), 7),
+            ("a file above its folder", with("/buffers/0/uri", "../secret.bin".into()), 3),
+            ("a hidden way up", with("/buffers/0/uri", "x/%2e%2e/%2e%2e/secret.bin".into()), 3),
+            ("a file at the root", with("/buffers/0/uri", "/etc/passwd".into()), 3),
+            ("a file of the net", with("/buffers/0/uri", "https://example.org/a.bin".into()), 3),
+            ("a device", with("/buffers/0/uri", "%2fdev%2fzero".into()), 3),
+            ("a file that is missing", with("/buffers/0/uri", "missing.bin".into()), 7),
+            ("the same bytes in many meshes", many_views(40), 7),
+            ("as many places as it says, and not", instancing(json!({ "TRANSLATION": 0, "SCALE": 1 })), 7),
+            ("a list of places that is missing", instancing(json!({ "TRANSLATION": 5 })), 7),
+            ("turns of three numbers", instancing(json!({ "ROTATION": 0 })), 7),
+            ("200 million places", glb(&crowd, &binary), 7),
+        ],
+    );
+    // What is odd and no mistake.
+    let deep = chain(20_000, json!({ "mesh": 0 }));
+    for (name, file) in [("deep nodes", deep), ("a sound file", sound)] {
+        let output = check(&[("world.toml", model_world("model.glb")), ("model.glb", file)]);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn objs() {
+    let text = |text: String| text.into_bytes();
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    models(
+        "model.obj",
+        vec![
+            ("empty", vec![], 3),
+            ("zeros", vec![0; 1 << 20], 3),
+            ("a picture", png([8, 8]), 3),
+            ("no faces", corners.into(), 3),
+            ("corners that are missing", text(format!("{corners}f 1 2 4\n")), 7),
+            ("a corner numbered 0", text(format!("{corners}f 0 1 2\n")), 7),
+            ("corners before the first", text(format!("{corners}f -1 -2 -4\n")), 7),
+            ("a corner of 20 digits", text(format!("{corners}f 1 2 99999999999999999999\n")), 7),
+            ("the least number there is", text(format!("{corners}f 1 2 -9223372036854775808\n")), 7),
+            ("normals that are missing", text(format!("{corners}f 1//1 2//1 3//1\n")), 7),
+            ("two corners", text(format!("{corners}f 1 2\n")), 7),
+            ("words for numbers", text("v a b c\n".into()), 7),
+            ("no number", text(format!("v nan 0 0\n{corners}f 1 2 3\n")), 7),
+            ("an infinite number", text(format!("v 1e999 0 0\n{corners}f 1 2 3\n")), 7),
+            ("a number that is missing", text("v 1 2\n".into()), 7),
+            // A hundred megabytes of faces.
+            ("millions of faces", text(format!("{corners}{}", "f 1 2 3\n".repeat(12_500_000))), 7),
+            ("a face of millions of corners", text(format!("{corners}f {}", "1 2 3 ".repeat(12_500_000))), 7),
+            ("millions of corners", text("v 1 1 1\n".repeat(12_500_000)), 7),
+            (
+                "millions of materials",
+                text((0..2_000_000).map(|index| format!("usemtl m{index}\nv 0 0 0\nf 1 1 1\n")).collect()),
+                7,
+            ),
+        ],
+    );
+    // Materials are a wish, and a face without them is grey.
+    for library in ["/etc/passwd", "../../secret.mtl", "missing.mtl", "world.toml"] {
+        let object = text(format!("mtllib {library}\nusemtl red\n{corners}f 1 2 3\n"));
+        let output = check(&[("world.toml", model_world("model.obj")), ("model.obj", object)]);
+        assert_eq!(output.status.code(), Some(0), "{library}: {}", String::from_utf8_lossy(&output.stderr));
+    }
+}
+
+#[test]
+fn plys() {
+    let header = |format: &str, vertices: &str, faces: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex {vertices}\nproperty float x\nproperty float y\nproperty float z\n\
+             element face {faces}\nproperty list uchar uint vertex_indices\nend_header\n"
+        )
+    };
+    let text = |vertices: &str, faces: &str, data: &str| {
+        [header("ascii", vertices, faces).as_str(), data].concat().into_bytes()
+    };
+    let bytes = |vertices: &str, faces: &str, data: &[u8]| {
+        [header("binary_little_endian", vertices, faces).as_bytes(), data].concat()
+    };
+    let corners = "0 0 0\n1 0 0\n0 1 0\n";
+    let longs = |kind: &str, count: &[u8]| {
+        let header =
+            header("binary_little_endian", "3", "1").replace("list uchar uint", &format!("list {kind} uint"));
+        [header.as_bytes(), &[0; 36], count, &[0; 12]].concat()
+    };
+    models(
+        "model.ply",
+        vec![
+            ("empty", vec![], 7),
+            ("its magic alone", b"ply\n".to_vec(), 7),
+            ("no end of its header", b"ply\nformat ascii 1.0\n".repeat(10_000), 7),
+            ("a picture", png([8, 8]), 7),
+            ("10^18 vertices", text("1000000000000000000", "1", corners), 7),
+            ("more vertices than can be counted", text("99999999999999999999999", "1", corners), 7),
+            ("negative vertices", text("-3", "1", corners), 7),
+            ("10^18 vertices in bytes", bytes("1000000000000000000", "1", &[0; 48]), 7),
+            ("10^18 faces", bytes("3", "1000000000000000000", &[0; 48]), 7),
+            ("cut in its vertices", bytes("3", "1", &[0; 30]), 7),
+            ("cut in its faces", bytes("3", "1", &[[0; 36].as_slice(), &[3, 0, 0, 0, 0]].concat()), 7),
+            ("a face longer than the file", longs("uint", &u32::MAX.to_le_bytes()), 7),
+            ("a face of negative length", longs("int", &(-3_i32).to_le_bytes()), 7),
+            ("a corner that is missing", text("3", "1", &format!("{corners}3 0 1 3\n")), 7),
+            ("a negative corner", text("3", "1", &format!("{corners}3 0 1 -1\n")), 7),
+            ("no number", text("3", "1", "nan 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), 7),
+            ("words for numbers", text("3", "1", "a b c\n1 0 0\n0 1 0\n3 0 1 2\n"), 7),
+            ("no faces", text("3", "0", corners), 3),
+            ("faces of two corners", text("3", "1", &format!("{corners}2 0 1\n")), 3),
+            (
+                "nothing but an element without properties",
+                b"ply\nformat ascii 1.0\nelement vertex 1000000000000\nend_header\n".to_vec(),
+                7,
+            ),
+            (
+                "60 million empty faces",
+                {
+                    let data = [vec![0; 36], vec![0; 60_000_000]].concat();
+                    bytes("3", "60000000", &data)
+                },
+                7,
+            ),
+        ],
+    );
+}
+
+/// Sets what a JSON pointer names, and makes the last key if need be.
+fn set(json: &mut Value, pointer: &str, value: Value) {
+    let (parent, key) = pointer.rsplit_once('/').unwrap();
+    match json.pointer_mut(parent).unwrap() {
+        Value::Object(object) => drop(object.insert(key.into(), value)),
+        Value::Array(array) if key.parse() == Ok(array.len()) => array.push(value),
+        array => array[key.parse::<usize>().unwrap()] = value,
+    }
+}
+
+fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
+    raw_glb(json.to_string().as_bytes(), binary)
+}
+
+fn raw_glb(json: &[u8], binary: &[u8]) -> Vec<u8> {
+    let mut json = json.to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let length = |bytes: &[u8]| (bytes.len() as u32).to_le_bytes();
+    let chunks = [&length(&json), &b"JSON"[..], &json, &length(binary), b"BIN\0", binary].concat();
+    [b"glTF", &2_u32.to_le_bytes()[..], &(12 + chunks.len() as u32).to_le_bytes(), &chunks].concat()
+}
+
+fn models(file: &'static str, cases: Vec<(&str, Vec<u8>, i32)>) {
+    for (name, bytes, expected) in cases {
+        let files = vec![("world.toml", model_world(file)), (file, bytes)];
+        run(&Case { name: format!("{file}: {name}"), files, expected });
+    }
+}
+
+fn model_world(file: &str) -> Vec<u8> {
+    format!("format = 1\nmodels = [{{ file = \"{file}\", height = 1 }}]").into_bytes()
+}
+
 fn maps(file: &'static str, cases: Vec<(&str, Vec<u8>, i32)>) {
     for (name, bytes, expected) in cases {
         let files = vec![("world.toml", heightmap(file)), (file, bytes)];
@@ -367,7 +688,7 @@ fn run(case: &Case) {
     let message = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(case.expected), "{name}: {message}");
     assert!(message.starts_with("error: ") && !message.contains("panicked"), "{name}: {message}");
-    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(json["error"]["exit_code"], case.expected, "{name}");
     // Not a measurement: hours are what this is about.
     assert!(start.elapsed() < Duration::from_secs(60), "{name} takes forever");
@@ -384,7 +705,7 @@ fn check(files: &[(&'static str, Vec<u8>)]) -> Output {
 
 fn limited(folder: &Path, kib: u32) -> Output {
     Command::new("sh")
-        .args(["-c", &format!("ulimit -v {kib} && exec \"$0\" check world.toml --json")])
+        .args(["-c", &format!("ulimit -v {kib} && exec \"$0\" check world.toml --json --no-time")])
         .arg(env!("CARGO_BIN_EXE_terrane"))
         .current_dir(folder)
         .output()

@@ -8,7 +8,7 @@ use terrane::core::camera::Pinhole;
 use terrane::core::color::filmic;
 use terrane::core::grid::Grid;
 use terrane::core::memory;
-use terrane::gpu::{Gpu, Image, Options, Recorder, format::R32f};
+use terrane::gpu::{DeviceKind, Gpu, Image, Options, Recorder, format::R32f};
 use terrane::raster::{self, Picture, Quality, Renderer};
 use terrane::scene::{
     Air, AirLayer, Camera, Film, Ground, Light, Population, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
@@ -525,7 +525,9 @@ fn memory_of_a_picture_is_known_before() {
         while drawing.step().expect("a tile") {}
         let most = gpu.memory().peak;
         let planned = land + memory::total(&raster::memory::picture(scene.ground.grid, &film, quality));
-        assert!(most >= planned && most < planned + planned / 4, "{cells}: {planned} planned, {most} used");
+        // Graphics cards keep images in tiles, which small ones don't fill.
+        let padding = if gpu.info().kind == DeviceKind::Cpu { planned / 4 } else { planned / 2 };
+        assert!(most >= planned && most < planned + padding, "{cells}: {planned} planned, {most} used");
     }
 }
 

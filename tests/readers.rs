@@ -60,10 +60,80 @@ fn readers_of_other_makes_find_what_was_simulated() {
     run(Command::new(readers.join("python/bin/python")).arg(script("layers.py")).arg(folder.path()));
     let meshes =
         ["mesh0.glb", "mesh2.glb", "large.glb", "tiles/terrain_x0_y0.glb", "tiles/terrain_x1_y1.glb"];
+    validate(&readers, folder.path(), &meshes);
+}
+
+/// Plants of every kind, rocks and land, in all forms that they are written in.
+#[test]
+#[ignore = "fetches readers from PyPI and npm"]
+fn readers_of_other_makes_find_no_fault_with_plants_and_scenes() {
+    let readers = readers();
+    let folder = tempfile::tempdir().unwrap();
+    let species: Vec<PathBuf> = fs::read_dir(root().join("configs/species"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "toml"))
+        .collect();
+    let mut files = Vec::new();
+    for path in &species {
+        let name = format!("{}.glb", path.file_stem().unwrap().to_str().unwrap());
+        terrane(folder.path(), &["plant", path.to_str().unwrap(), "-o", &name]);
+        files.push(name);
+    }
+    let [oak, grass] = ["oak", "grass"].map(|name| root().join(format!("configs/species/{name}.toml")));
+    let planted = PLANTED.replace("OAK", oak.to_str().unwrap()).replace("GRASS", grass.to_str().unwrap());
+    fs::write(folder.path().join("world.toml"), planted).unwrap();
+    fs::write(
+        folder.path().join("rock.obj"),
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n",
+    )
+    .unwrap();
+    for arguments in [
+        "--layer plants -o plants.glb",
+        "--layer plants --instancing off --lod 2 -o nodes.glb",
+        "--layer scene -o scene.glb",
+        "--layer scene --instancing off --mesh-error 0 --lod 3 -o scene_nodes.glb",
+    ] {
+        export(folder.path(), arguments);
+    }
+    files.extend(["plants", "nodes", "scene", "scene_nodes"].map(|name| format!("{name}.glb")));
+    let files: Vec<&str> = files.iter().map(String::as_str).collect();
+    validate(&readers, folder.path(), &files);
+}
+
+/// A world with plants of several models, a model from a file, sea, sun and camera.
+const PLANTED: &str = r#"
+format = 1
+seed = 5
+erosion = "none"
+[terrain]
+cells = 65
+extent = 400
+layers = [{ cone = { height = 60, radius = 180 } }]
+[sea]
+level = 10
+[species.oak]
+file = "OAK"
+[species.grass]
+file = "GRASS"
+[[models]]
+file = "rock.obj"
+height = 2
+at = [[0, 0], [10, 20, 45, 2]]
+[[plants]]
+scatter = { species = ["oak", "rock"], spacing = 25 }
+[[plants]]
+cover = { species = ["grass"], density = 0.5 }
+[camera.view.stand]
+at = [0, 60]
+"#;
+
+/// Runs the Khronos validator over .glb files.
+fn validate(readers: &Path, folder: &Path, files: &[&str]) {
     run(Command::new("node")
         .arg(script("validate.js"))
         .arg(readers.join("node_modules"))
-        .args(meshes.map(|mesh| folder.path().join(mesh))));
+        .args(files.iter().map(|file| folder.join(file))));
 }
 
 /// The folder that the readers are in.
@@ -87,14 +157,24 @@ fn simulate(folder: &Path) {
 }
 
 fn export(folder: &Path, arguments: &str) {
+    let command: Vec<&str> =
+        ["export", "world.toml", "--quiet"].into_iter().chain(arguments.split(' ')).collect();
+    terrane(folder, &command);
+}
+
+fn terrane(folder: &Path, arguments: &[&str]) {
     let _turn = kit::turn();
     let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
-    command.args(["export", "world.toml", "--quiet"]).args(arguments.split(' ')).current_dir(folder);
+    command.args(arguments).current_dir(folder);
     run(command.env("TERRANE_VALIDATION", "1").env("TERRANE_CACHE", folder.join("cache")));
 }
 
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
 fn script(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/readers").join(name)
+    root().join("tests/readers").join(name)
 }
 
 #[track_caller]

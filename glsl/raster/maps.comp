@@ -1,7 +1,7 @@
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
-// The ground as maps for other programs: slope, normal and the weights of its materials.
+// The ground as maps for other programs: slope, normal, the weights of its materials and its colour.
 
 #include "lib/frame.glsl"
 
@@ -14,11 +14,17 @@ layout(binding = 4, r32f) uniform readonly image2D openness;
 layout(binding = 5, r32f) uniform writeonly image2D slope_map;    // degrees
 layout(binding = 6, rgba32f) uniform writeonly image2D normal_map; // world (x, −z, y)·½ + ½, and 1
 layout(binding = 7, rgba32f) uniform writeonly image2D splat_map;  // grass, rock, sand, sea floor
+layout(binding = 8, rgba8) uniform writeonly image2D albedo_map;   // sRGB, and 1
 
 #include "lib/heightfield.glsl"
 #include "lib/fields.glsl"
 #include "lib/texture.glsl"
 #include "lib/surface.glsl"
+
+// The transfer curve of sRGB (IEC 61966-2-1).
+vec3 encoded(vec3 linear) {
+    return mix(1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, 12.92 * linear, lessThanEqual(linear, vec3(0.0031308)));
+}
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
@@ -40,5 +46,7 @@ void main() {
     vec3 normal = normal_from_slope(place.slope);
     imageStore(slope_map, at, vec4(degrees(atan(length(place.slope))), 0.0, 0.0, 0.0));
     imageStore(normal_map, at, vec4(vec3(normal.x, -normal.z, normal.y) * 0.5 + 0.5, 1.0));
-    imageStore(splat_map, at, ground(place).weights);
+    Ground found = ground(place);
+    imageStore(splat_map, at, found.weights);
+    imageStore(albedo_map, at, vec4(encoded(found.albedo), 1.0));
 }

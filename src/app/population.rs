@@ -26,10 +26,11 @@ pub fn populate(
     session: &mut Session,
 ) -> Result<Population, Error> {
     let rules = &world.plants.rules;
-    if rules.is_empty() {
+    let standing = &world.plants.standing;
+    if rules.is_empty() && standing.is_empty() {
         return Ok(Population::default());
     }
-    let (kinds, models) = grow(world, session)?;
+    let (kinds, mut models) = grow(world, session)?;
     let ground = ground(gpu, world, simulation)?;
     let camera = pinhole(camera, film, &ground);
     let mut planter = Planter::new(rules, &kinds, &ground, &camera);
@@ -42,7 +43,13 @@ pub fn populate(
         }
     }
     session.progress.end();
-    let instances: Arc<[_]> = planter.into_instances().into();
+    let mut instances = planter.into_instances();
+    for Population { models: more, instances: others } in standing {
+        let first = models.len() as u32;
+        models.extend(more.iter().cloned());
+        instances.extend(others.iter().map(|other| Instance { model: first + other.model, ..*other }));
+    }
+    let instances: Arc<[_]> = instances.into();
     session.progress.say(&told(&instances, &models));
     Ok(Population { models, instances })
 }
@@ -100,6 +107,10 @@ fn grow(world: &World, session: &mut Session) -> Result<(Vec<Kind>, Vec<Arc<Mode
         kinds.push(Kind::of_models(&species.name, first as u32, own));
         first += own.len();
     }
+    for model in &world.plants.models {
+        kinds.push(Kind::of_solid(models.len() as u32, model));
+        models.push(model.clone());
+    }
     Ok((kinds, models))
 }
 
@@ -127,6 +138,18 @@ fn download(gpu: &Gpu, image: &Image<R32f>) -> gpu::Result<Vec<f32>> {
     let download = rec.download(image);
     let finished = rec.submit()?.wait()?;
     Ok(download.take(&finished))
+}
+
+/// The world's camera, as the world's own picture has it.
+pub fn seen_from(
+    gpu: &Gpu,
+    world: &World,
+    simulation: &Simulation,
+    camera: &Camera,
+) -> Result<Pinhole, Error> {
+    let heights = download(gpu, &simulation.layer(Layer::Height)?)?;
+    let ground = Ground::new(simulation.plan().grid, simulation.sea_level(), heights);
+    Ok(pinhole(camera, &world.film, &ground))
 }
 
 /// The camera of a picture of this size.

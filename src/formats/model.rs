@@ -58,6 +58,15 @@ pub fn read(path: &Path) -> Result<Import, Error> {
 }
 
 impl Import {
+    /// Memory that it takes.
+    pub fn bytes(&self) -> u64 {
+        let Population { models, instances } = &self.population;
+        let parts = models.iter().flat_map(|model| &model.levels).flat_map(|level| &level.parts);
+        let meshes =
+            parts.map(|part| Mesh::bytes(part.mesh.positions.len() as u64, part.mesh.triangles.len() as u64));
+        meshes.sum::<u64>() + size_of_val::<[Instance]>(instances) as u64
+    }
+
     /// A single model called `name` that stands at the origin.
     pub(super) fn of_model(model: Model, warnings: Vec<String>) -> Self {
         let instance =

@@ -19,16 +19,28 @@ pub enum Depth {
 /// # Errors
 /// Those of [`file::write()`].
 pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<Written, Error> {
-    file::write(path, |writer| {
-        let mut encoder = Encoder::new(writer, size[0], size[1]);
-        encoder.set_color(ColorType::Rgb);
-        encoder.set_depth(BitDepth::Eight);
-        encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
-        encoder.set_compression(Compression::Balanced);
-        let mut writer = encoder.write_header()?;
-        writer.write_image_data(pixels)?;
-        Ok(writer.finish()?)
-    })
+    file::write(path, |writer| picture(writer, size, pixels))
+}
+
+/// The bytes of the file that [`write_picture`] writes, for a place inside another file.
+///
+/// # Errors
+/// When there are not as many pixels as the size says.
+pub fn encode_picture(size: [u32; 2], pixels: &[u8]) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    picture(&mut bytes, size, pixels)?;
+    Ok(bytes)
+}
+
+fn picture(writer: impl Write, size: [u32; 2], pixels: &[u8]) -> io::Result<()> {
+    let mut encoder = Encoder::new(writer, size[0], size[1]);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_source_srgb(SrgbRenderingIntent::Perceptual);
+    encoder.set_compression(Compression::Balanced);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    Ok(writer.finish()?)
 }
 
 /// Writes integers of that many bits; `range` maps to all of them. One channel makes a grey file, three and four make RGB

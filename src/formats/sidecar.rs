@@ -78,6 +78,8 @@ pub enum Values {
     One(Range),
     /// The file holds several, by the name of the channel.
     Several { channels: BTreeMap<String, Range> },
+    /// The file holds what stands on the land, and maybe the land.
+    Scene { plants: u64, models: u64, triangles: u64 },
     /// The file holds a mesh over the height.
     Mesh {
         #[serde(flatten)]

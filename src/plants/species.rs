@@ -10,7 +10,7 @@ use crate::{
     core::hash::derive_seed,
     scene::{Material, Model},
 };
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 
 /// A kind of plant.
 #[derive(Clone, Debug)]
@@ -163,13 +163,20 @@ impl Form {
     }
 }
 
+/// From where a turtle starts, heading along y and with −x to its left, to coordinates along its heading, left and up.
+const FROM_TURTLE: DMat3 = DMat3::from_cols(DVec3::NEG_Y, DVec3::X, DVec3::Z);
+
 impl Organ {
+    /// In coordinates along the turtle's heading, left and up.
     fn body(&self, seed: u32, limits: &Limits, depth: u32) -> Result<Body, Error> {
         let outlines = match &self.shape {
             Shape::Polygons(outlines) => outlines,
             Shape::Grown(_) if depth == 0 => return Err(Error::Depth),
             Shape::Grown(form) => {
-                return form.body(derive_seed(seed, &format!("organ.{}", self.symbol)), limits, depth - 1);
+                let grown = form.body(derive_seed(seed, &format!("organ.{}", self.symbol)), limits, depth - 1)?;
+                let mut body = Body::default();
+                body.place(&grown, &[DAffine3::from_mat3(FROM_TURTLE)]);
+                return Ok(body);
             }
         };
         let mut body = Body::default();

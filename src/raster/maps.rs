@@ -3,7 +3,7 @@
 use super::{Exposure, frame::Prepared};
 use crate::gpu::{
     self, Compute, Gpu, Image, Recorder,
-    format::{R32f, Rgba32f},
+    format::{R32f, Rgba8, Rgba32f},
 };
 use crate::scene::Scene;
 use crate::shaders::raster::maps;
@@ -16,6 +16,8 @@ pub struct Maps {
     pub normal: Image<Rgba32f>,
     /// Weights of grass, rock, sand and sea floor; they sum to 1.
     pub splat: Image<Rgba32f>,
+    /// What light the ground scatters back, sRGB, and 1.
+    pub albedo: Image<Rgba8>,
 }
 
 pub(super) struct Pass(Compute<maps::Shader>);
@@ -38,6 +40,7 @@ impl Pass {
             slope: Image::new(gpu, "slope", size)?,
             normal: Image::new(gpu, "normal", size)?,
             splat: Image::new(gpu, "splat", size)?,
+            albedo: Image::new(gpu, "albedo", size)?,
         };
         let mut rec = Recorder::new(gpu);
         rec.dispatch(
@@ -53,6 +56,7 @@ impl Pass {
                 slope_map: &maps.slope,
                 normal_map: &maps.normal,
                 splat_map: &maps.splat,
+                albedo_map: &maps.albedo,
             },
         );
         rec.submit()?.wait()?;

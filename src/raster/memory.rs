@@ -40,7 +40,7 @@ pub fn models(population: &Population) -> Memory {
 /// What [`super::Renderer::maps`] needs beside the ground itself.
 pub fn maps(grid: Grid) -> Vec<Memory> {
     let mut parts = light(grid);
-    parts.push(Memory { name: "maps", bytes: grid.samples() as u64 * (4 + 16 + 16) });
+    parts.push(Memory { name: "maps", bytes: grid.samples() as u64 * (4 + 16 + 16 + 4) });
     parts
 }
 

@@ -1,5 +1,5 @@
-//! The JSON schema of world files, written from the keys' declarations: editors complete, explain and check a world
-//! with it. Only keywords that mean the same in every draft since 6 are used, since editors read different ones.
+//! The JSON schemas of world files and species files, written from the keys' declarations: editors complete, explain and
+//! check a file with them. Only keywords that mean the same in every draft since 6 are used, since editors read different ones.
 
 use super::schema::{Alternative, Key, Preset, Shape, Table, Unit, paragraph};
 use serde_json::{Map, Value, json};

@@ -5,7 +5,7 @@ use super::fault::Complaint;
 use super::kinds::*;
 use super::place::{Place, noun};
 use super::schema::{Kind, Names, Preset, REQUIRED, Shape, Unit, section};
-use super::{planting, species};
+use super::{models, planting, species};
 use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
 use crate::terrain::{Boundary, hydraulic, reef, thermal};
@@ -65,6 +65,8 @@ section! {
         ]),
         /// Kinds of plants, by names of your own.
         species: Vec<(String, species::Entry)> = named(Names::Words, species::EntryKind, "{}"),
+        /// Models from files: rocks, houses, plants of other programs.
+        models: Vec<models::Model> = list(table::<models::Model>(), 0..=256, "[]"),
         /// Where plants stand: rules, from the largest plants to the smallest.
         plants: Vec<planting::Rule> = list(planting::rule(), 0..=64, "[]"),
         /// Where the picture is seen from.

@@ -10,6 +10,7 @@ mod fault;
 mod json_schema;
 mod keys;
 mod kinds;
+mod models;
 mod place;
 mod plan;
 mod planting;
@@ -155,7 +156,7 @@ pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> 
     })?;
 
     let path = PathBuf::from(name);
-    let plan::Planned { plan, light, viewpoint, film, rules, mut warnings } = planned;
+    let plan::Planned { plan, light, viewpoint, film, models, rules, standing, mut warnings } = planned;
     warnings.extend(sources.sentences(&remarks));
     let keys::World { format: (), seed, sea, surface, camera, .. } = written;
     Ok(World {
@@ -167,7 +168,7 @@ pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> 
         light,
         sea,
         surface,
-        plants: plants::planting::Plan { species, rules },
+        plants: plants::planting::Plan { species, models, rules, standing },
         viewpoint,
         fov: camera.fov,
         film,

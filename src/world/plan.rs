@@ -3,6 +3,7 @@
 
 use super::fault::{Cause, Complaint, Fault};
 use super::keys::{self, EDGE_OFFSET};
+use super::models::{self, Models};
 use super::place::{KeyPath, shown};
 use super::planting;
 use crate::core::grid::Grid;
@@ -24,7 +25,9 @@ pub struct Planned {
     pub light: scene::Light,
     pub viewpoint: scene::Viewpoint,
     pub film: scene::Film,
+    pub models: Vec<Arc<scene::Model>>,
     pub rules: Vec<plants::planting::Rule>,
+    pub standing: Vec<scene::Population>,
     pub warnings: Vec<String>,
 }
 
@@ -54,11 +57,17 @@ pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
     let [width, height] = world.render.size;
     let film =
         scene::Film { width, height, exposure: world.render.exposure, tone_map: world.render.tone_map };
-    let names: Vec<&str> = world.species.iter().map(|(name, _)| name.as_str()).collect();
-    let rules = planting::rules(&world.plants, &names, world.seed, plan.hydraulic.is_some(), &mut check);
+    let species: Vec<&str> = world.species.iter().map(|(name, _)| name.as_str()).collect();
+    let Models { models, mut rules, standing } =
+        models::models(&world.models, &species, world.seed, &mut check);
+    let count = species.len();
+    let of_models = models.iter().map(|model| model.name.as_str());
+    let names: Vec<&str> = species.into_iter().chain(of_models).collect();
+    rules.extend(planting::rules(&world.plants, &names, world.seed, plan.hydraulic.is_some(), &mut check));
+    models::warn_of_unused(&models, count, &rules, &mut check);
     let Check { faults, warnings, .. } = check;
     if faults.is_empty() {
-        Ok(Planned { plan, light, viewpoint, film, rules, warnings })
+        Ok(Planned { plan, light, viewpoint, film, models, rules, standing, warnings })
     } else {
         Err(faults)
     }
@@ -85,9 +94,9 @@ struct Read {
 
 /// Gathers what is wrong, and the maps that were read.
 pub struct Check<'a> {
-    folder: &'a Path,
+    pub folder: &'a Path,
     /// Of the terrain, metres.
-    extent: f32,
+    pub extent: f32,
     maps: Vec<Read>,
     faults: Vec<Fault>,
     warnings: Vec<String>,

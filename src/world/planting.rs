@@ -33,7 +33,7 @@ pub fn rule() -> OneOf<Rule> {
 section! {
     /// Plants at random places all over the land, none nearer to another than `spacing`: trees, shrubs, rocks.
     struct Scatter {
-        /// What is planted: names from the world's `species`.
+        /// What is planted: names of `species` and `models`.
         species: Option<Vec<String>> = species(),
         /// How many there are of each, in proportion to the others.
         shares: Option<Vec<f32>> = shares(),
@@ -66,7 +66,7 @@ section! {
     /// Ground cover round the camera: grass, flowers, ferns, stones. Every plant has its place in the world; further from
     /// the camera fewer of them are seen, and of those that are seen from afar all are large.
     struct Cover {
-        /// What is planted: names from the world's `species`.
+        /// What is planted: names of `species` and `models`.
         species: Option<Vec<String>> = species(),
         /// How many there are of each, in proportion to the others.
         shares: Option<Vec<f32>> = shares(),
@@ -95,7 +95,7 @@ section! {
 section! {
     /// Plants in the cells of a grid that the camera carries along (Rudzki 2020, section 4.3.10).
     struct Grid {
-        /// What is planted: names from the world's `species`.
+        /// What is planted: names of `species` and `models`.
         species: Option<Vec<String>> = species(),
         /// How many there are of each, in proportion to the others.
         shares: Option<Vec<f32>> = shares(),
@@ -161,7 +161,7 @@ section! {
 }
 
 fn species() -> Optional<List<Text>> {
-    optional(list(text("a name of `species`", ""), 1..=64, "[]"), REQUIRED)
+    optional(list(text("a name of `species` or `models`", ""), 1..=64, "[]"), REQUIRED)
 }
 
 fn shares() -> Optional<List<Number>> {
@@ -419,4 +419,4 @@ impl Reader<'_, '_> {
     }
 }
 
-const NO_SPECIES: &str = "the world has no species: name some in its table `species`";
+const NO_SPECIES: &str = "the world has no species: name some in its table `species`, or files in `models`";

@@ -1,4 +1,4 @@
-//! The reference page of world files, written from the keys' declarations.
+//! The reference pages of world files and species files, written from the keys' declarations.
 
 use super::schema::{Alternative, Key, Names, Shape, Table, digits, paragraph};
 use std::fmt::Write;
@@ -10,9 +10,9 @@ pub fn reference() -> String {
     page
 }
 
-/// The reference of species files, the same table as [`reference`] has for worlds: a part of `docs/plants.md`.
+/// The whole reference of species files as Markdown: `docs/species_files.md`.
 pub fn reference_of_species() -> String {
-    let mut page = String::new();
+    let mut page = String::from(INTRODUCTION_OF_SPECIES);
     section(&mut page, "", &super::species::shape());
     page
 }
@@ -35,6 +35,40 @@ Editors with Taplo (Even Better TOML in Visual Studio Code) complete, explain an
 the schema, as those in `configs/` do: `#:schema ../worlds.schema.json`. For worlds of your own, write it beside them
 with `terrane schema -o worlds.schema.json` and begin them with `#:schema ./worlds.schema.json`. What no schema can say,
 such as keys that do not go together, `terrane check` says.
+
+This page is written by the program from the same table that reads the files.
+"##;
+
+const INTRODUCTION_OF_SPECIES: &str = r##"# Species files
+
+One TOML file describes one kind of plant: the rules of its growth, an L-system; what its symbols draw; and what it is made
+of. The shortest has a `format` and a `grammar`:
+
+```toml
+format = 1
+steps = 5
+angle = 25.7
+height = 2.5
+grammar = '''
+axiom F
+F -> F[+F]F[-F]F
+'''
+```
+
+- `docs/plants.md` tells the language of `grammar`, `docs/species.md` shows the species in `configs/species`, which are there to
+  be copied.
+- Write a grammar between three single quotes: what stands there is taken as it is. Between double quotes, `\` must be
+  written `\\`.
+- Metres and degrees. A plant stands at its origin and grows along +y; an organ's polygons are given along the turtle's heading,
+  to its left, and upwards.
+- Colours are reflectances, `"#rrggbb"` (sRGB) or `[red, green, blue]` (linear Rec.709, 0 to 1). What a leaf reflects and what
+  it lets through are shares of the same light.
+- `terrane plant FILE -o plant.png` shows a plant, `--stats` its figures; `-o plant.glb` writes it for other programs.
+- A world names species files or has species of its own in its table `species`, with the same keys.
+
+Editors with Taplo (Even Better TOML in Visual Studio Code) complete, explain and check a file whose first line names the
+schema, as those in `configs/species` do: `#:schema ../species.schema.json`. For species of your own, write it beside them with
+`terrane schema --species -o species.schema.json` and begin them with `#:schema ./species.schema.json`.
 
 This page is written by the program from the same table that reads the files.
 "##;

@@ -32,10 +32,12 @@ pub struct Document {
     pub meshes: Vec<Mesh>,
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "few")]
     pub materials: Vec<Material>,
-    #[serde(skip_serializing, deserialize_with = "few")]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "few")]
     pub textures: Vec<Texture>,
-    #[serde(skip_serializing, deserialize_with = "few")]
+    #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "few")]
     pub images: Vec<Image>,
+    #[serde(skip_serializing_if = "Vec::is_empty", skip_deserializing)]
+    pub samplers: Vec<Sampler>,
     #[serde(skip_serializing_if = "Vec::is_empty", skip_deserializing)]
     pub cameras: Vec<Camera>,
     #[serde(skip_serializing_if = "Vec::is_empty", deserialize_with = "few")]
@@ -105,7 +107,7 @@ pub struct Instancing {
     pub attributes: InstanceAttributes,
 }
 
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
 #[serde(default, rename_all = "UPPERCASE")]
 pub struct InstanceAttributes {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -140,6 +142,9 @@ pub struct NodeExtras {
     /// Of [`crate::scene::Instance`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub random: Option<u32>,
+    /// Land or sea: a world that takes the file in has its own.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub ground: bool,
     /// The least share of the picture's height that the node and its [`Levels`] are good for, in their order.
     #[serde(rename = "MSFT_screencoverage", skip_serializing_if = "Vec::is_empty")]
     pub screen_coverage: Vec<f32>,
@@ -200,6 +205,9 @@ pub struct Material {
     pub pbr_metallic_roughness: Surface,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub double_sided: bool,
+    /// "BLEND" for what is seen through.
+    #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
+    pub alpha_mode: Option<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extensions: Option<Box<MaterialExtensions>>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -211,7 +219,7 @@ pub struct Material {
 pub struct Surface {
     /// Linear Rec.709 and the share of light that is stopped.
     pub base_color_factor: [f32; 4],
-    #[serde(skip_serializing)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub base_color_texture: Option<TextureOfMaterial>,
     pub metallic_factor: f32,
     pub roughness_factor: f32,
@@ -228,7 +236,7 @@ impl Default for Surface {
     }
 }
 
-#[derive(Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub struct TextureOfMaterial {
     pub index: Index,
 }
@@ -277,18 +285,32 @@ pub struct MaterialExtras {
     pub transmittance: [f32; 3],
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Texture {
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub source: Option<Index>,
+    #[serde(skip_serializing_if = "Option::is_none", skip_deserializing)]
+    pub sampler: Option<Index>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Default, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub struct Image {
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub uri: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub mime_type: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub buffer_view: Option<Index>,
+}
+
+/// How a texture goes on beyond its edges; by the schema's numbers.
+#[derive(Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct Sampler {
+    pub wrap_s: u32,
+    pub wrap_t: u32,
 }
 
 #[derive(Serialize)]

@@ -4,17 +4,19 @@
 mod accessor;
 mod document;
 mod read;
+mod scene;
 mod shape;
 mod transform;
 mod write;
 
 pub use read::read;
+pub use scene::{Contents, Land, MOST_NODES, Options, Places, Sea, write_scene};
 
 use super::Error;
 use super::file::Written;
 use crate::core::mesh::Mesh;
 use crate::scene::{Level, Model};
-use document::{Levels, Node, NodeExtensions, NodeExtras};
+use document::{Index, InstanceAttributes, Instancing, Levels, Node, NodeExtensions, NodeExtras};
 use std::path::Path;
 use write::{Builder, file_bytes, mesh_bytes, raw};
 
@@ -40,27 +42,8 @@ pub fn write(path: &Path, name: &str, mesh: &Mesh, color: [f32; 3]) -> Result<Wr
 /// Those of [`write()`].
 pub fn write_model(path: &Path, model: &Model) -> Result<Written, Error> {
     let mut builder = Builder::default();
-    let finest = builder.node(Node { name: Some(model.name.as_str().into()), ..Node::default() });
-    let mut ids = Vec::new();
-    for (number, level) in model.levels.iter().enumerate() {
-        let name = if number == 0 { model.name.clone() } else { format!("{}_lod{number}", model.name) };
-        let mesh = add_level(&mut builder, &name, model, level);
-        let screen_coverage = if number == 0 { coverage(model) } else { Vec::new() };
-        let extras =
-            raw(&NodeExtras { detail: Some(level.detail), screen_coverage, ..NodeExtras::default() });
-        let node = Node { name: Some(name.as_str().into()), mesh, extras, ..Node::default() };
-        if number == 0 {
-            builder.document.nodes[finest as usize] = node;
-        } else {
-            ids.push(builder.node(node));
-        }
-    }
-    if !ids.is_empty() {
-        builder.extension("MSFT_lod");
-        builder.document.nodes[finest as usize].extensions =
-            Some(Box::new(NodeExtensions { levels: Some(Levels { ids }), ..NodeExtensions::default() }));
-    }
-    builder.write(path, vec![finest])
+    let node = add_model(&mut builder, &model.name, model, &model.levels, coverage(model), None);
+    builder.write(path, vec![node])
 }
 
 /// Whether a mesh of that size fits into a .glb file.
@@ -81,13 +64,42 @@ fn corrupt(path: &Path, reason: impl Into<String>) -> Error {
     Error::Corrupt { path: path.into(), format: "glTF", reason: reason.into() }
 }
 
-/// Adds a level's mesh with its materials; `None` if it has no triangles.
-fn add_level<'a>(
+/// Adds a node called `name` for the first of a model's `levels`, tied to one outside of the scene for every other. With
+/// places, all of them stand there instead.
+fn add_model<'a>(
     builder: &mut Builder<'a>,
     name: &str,
     model: &'a Model,
-    level: &'a Level,
-) -> Option<document::Index> {
+    levels: &'a [Level],
+    mut screen_coverage: Vec<f32>,
+    places: Option<InstanceAttributes>,
+) -> Index {
+    let mut nodes = Vec::new();
+    for (number, level) in levels.iter().enumerate() {
+        let suffix = if number == 0 { String::new() } else { format!("_lod{number}") };
+        let mesh = add_level(builder, &format!("{}{suffix}", model.name), model, level);
+        let screen_coverage = std::mem::take(&mut screen_coverage);
+        let extras =
+            raw(&NodeExtras { detail: Some(level.detail), screen_coverage, ..NodeExtras::default() });
+        let instancing = places.filter(|_| mesh.is_some()).map(|attributes| Instancing { attributes });
+        let extensions = instancing
+            .map(|it| Box::new(NodeExtensions { instancing: Some(it), ..NodeExtensions::default() }));
+        let name = Some(format!("{name}{suffix}").into());
+        nodes.push(builder.node(Node { name, mesh, extensions, extras, ..Node::default() }));
+    }
+    let Some((&finest, ids)) = nodes.split_first() else {
+        return builder.node(Node { name: Some(name.into()), ..Node::default() });
+    };
+    if !ids.is_empty() {
+        builder.extension("MSFT_lod");
+        let extensions = &mut builder.document.nodes[finest as usize].extensions;
+        extensions.get_or_insert_default().levels = Some(Levels { ids: ids.into() });
+    }
+    finest
+}
+
+/// Adds a level's mesh with its materials; `None` if it has no triangles.
+fn add_level<'a>(builder: &mut Builder<'a>, name: &str, model: &'a Model, level: &'a Level) -> Option<Index> {
     let parts: Vec<_> = level
         .parts
         .iter()

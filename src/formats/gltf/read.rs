@@ -155,14 +155,16 @@ impl<'a> Reader<'a> {
 
     /// Places what a node shows.
     fn node(&mut self, node: &Node, transform: Transform) -> Result<(), Error> {
+        let extras = extras::<NodeExtras>(node.extras.as_deref());
+        if extras.as_ref().is_some_and(|extras| extras.ground) {
+            self.shapes.warn("it has land and sea, which are left out: a world has its own");
+            return Ok(());
+        }
         let Some(model) = self.shapes.of_node(node)? else { return Ok(()) };
         let instancing = node.extensions.as_ref().and_then(|extensions| extensions.instancing.as_ref());
         match instancing {
             Some(instancing) => self.place_many(model, transform, &instancing.attributes),
-            None => {
-                let random = extras::<NodeExtras>(node.extras.as_deref()).and_then(|extras| extras.random);
-                self.place(model, transform, random)
-            }
+            None => self.place(model, transform, extras.and_then(|extras| extras.random)),
         }
     }
 

@@ -365,7 +365,7 @@ impl<'a> Shapes<'a> {
         }
     }
 
-    fn warn(&mut self, warning: &str) {
+    pub fn warn(&mut self, warning: &str) {
         let warning = format!("{}: {warning}", self.path.display());
         if !self.warnings.contains(&warning) {
             self.warnings.push(warning);
@@ -375,7 +375,7 @@ impl<'a> Shapes<'a> {
 
 /// From 0 to 1; 0 for what is no number.
 fn share(value: f32) -> f32 {
-    value.max(0.0).min(1.0)
+    if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) }
 }
 
 /// The mean of colours, each from 0 to 1.

@@ -49,10 +49,13 @@ impl<'a> Builder<'a> {
 
     /// Notes that an extension is in use.
     pub fn extension(&mut self, name: &str) {
-        let used = &mut self.document.extensions_used;
-        if !used.iter().any(|other| other == name) {
-            used.push(name.into());
-        }
+        note(&mut self.document.extensions_used, name);
+    }
+
+    /// Notes that the file makes no sense without an extension.
+    pub fn required_extension(&mut self, name: &str) {
+        self.extension(name);
+        note(&mut self.document.extensions_required, name);
     }
 
     /// Adds a mesh of parts, each with the index of its material, that have triangles; `None` if none has.
@@ -133,6 +136,7 @@ impl<'a> Builder<'a> {
             },
             // Both sides scatter; leaves have no thickness and are seen from either.
             double_sided: true,
+            alpha_mode: None,
             extensions,
             extras: raw(&extras),
         };
@@ -141,16 +145,36 @@ impl<'a> Builder<'a> {
 
     /// Adds the material of land: one colour, rough, seen from above.
     pub fn land_material(&mut self, name: &str, [red, green, blue]: [f32; 3]) -> Index {
-        // Keeps the places of both lists the same.
-        self.materials.push(scene::Material { name: name.into(), ..scene::Material::default() });
         let surface = Surface {
             base_color_factor: [red, green, blue, 1.0],
             metallic_factor: 0.0,
             ..Surface::default()
         };
-        let material =
-            Material { name: Some(name.into()), pbr_metallic_roughness: surface, ..Material::default() };
+        self.other_material(Material {
+            name: Some(name.into()),
+            pbr_metallic_roughness: surface,
+            ..Material::default()
+        })
+    }
+
+    /// Adds a material that nothing else has.
+    pub fn other_material(&mut self, material: Material) -> Index {
+        // Keeps the places of both lists the same.
+        let name = material.name.as_deref().unwrap_or_default().into();
+        self.materials.push(scene::Material { name, ..scene::Material::default() });
         push(&mut self.document.materials, material)
+    }
+
+    /// Adds a PNG as a texture that ends where the picture does.
+    pub fn texture(&mut self, png: &'a [u8]) -> TextureOfMaterial {
+        const CLAMP_TO_EDGE: u32 = 33071;
+
+        let view = self.view(png.len() as u64, None, move |out| out.write_all(png));
+        let image = Image { mime_type: Some("image/png".into()), buffer_view: Some(view), uri: None };
+        let source = Some(push(&mut self.document.images, image));
+        let sampler = Sampler { wrap_s: CLAMP_TO_EDGE, wrap_t: CLAMP_TO_EDGE };
+        let sampler = Some(push(&mut self.document.samplers, sampler));
+        TextureOfMaterial { index: push(&mut self.document.textures, Texture { source, sampler }) }
     }
 
     /// Adds an accessor over so many vectors of floats that `vectors` yields.
@@ -181,14 +205,8 @@ impl<'a> Builder<'a> {
         target: Option<u32>,
         write: impl Fn(&mut dyn Write) -> io::Result<()> + 'a,
     ) -> Index {
-        let bytes = count * size;
-        let view =
-            BufferView { buffer: 0, byte_offset: self.bytes, byte_length: bytes, byte_stride: None, target };
-        let view = push(&mut self.document.buffer_views, view);
-        self.pieces.push(Piece { bytes, write: Box::new(write) });
-        self.bytes += bytes.next_multiple_of(4);
         let accessor = Accessor {
-            buffer_view: Some(view),
+            buffer_view: Some(self.view(count * size, target, write)),
             byte_offset: 0,
             component_type,
             normalized: false,
@@ -199,6 +217,20 @@ impl<'a> Builder<'a> {
             sparse: None,
         };
         push(&mut self.document.accessors, accessor)
+    }
+
+    /// Adds a buffer view over bytes of its own.
+    fn view(
+        &mut self,
+        bytes: u64,
+        target: Option<u32>,
+        write: impl Fn(&mut dyn Write) -> io::Result<()> + 'a,
+    ) -> Index {
+        let view =
+            BufferView { buffer: 0, byte_offset: self.bytes, byte_length: bytes, byte_stride: None, target };
+        self.pieces.push(Piece { bytes, write: Box::new(write) });
+        self.bytes += bytes.next_multiple_of(4);
+        push(&mut self.document.buffer_views, view)
     }
 
     /// Writes the binary form, with `roots` as the nodes of its scene.
@@ -264,8 +296,15 @@ fn index_type(vertices: u64) -> u32 {
     if vertices <= u64::from(u16::MAX) { U16 } else { U32 }
 }
 
+/// Adds a name to a list that hasn't it.
+fn note(names: &mut Vec<String>, name: &str) {
+    if !names.iter().any(|other| other == name) {
+        names.push(name.into());
+    }
+}
+
 /// The index of what is added to a list.
-fn push<T>(list: &mut Vec<T>, element: T) -> Index {
+pub fn push<T>(list: &mut Vec<T>, element: T) -> Index {
     list.push(element);
     list.len() as Index - 1
 }

@@ -245,7 +245,9 @@ impl Reader<'_> {
         let path = beside(self.path, name).filter(|path| path.is_file());
         let bytes = path.map(|path| self.budget.bytes(&path)).transpose()?;
         let color = bytes.as_ref().and_then(|bytes| png::mean_color(bytes, &mut self.pixels));
-        bytes.map(|bytes| self.budget.release(bytes));
+        if let Some(bytes) = bytes {
+            self.budget.release(bytes);
+        }
         self.warn(String::from(match color {
             Some(_) => "its textures are not drawn: surfaces have their mean colours",
             None => {

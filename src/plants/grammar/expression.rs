@@ -276,8 +276,9 @@ impl Binary {
             Binary::LessEqual => Ok(truth(left <= right)),
             Binary::Greater => Ok(truth(left > right)),
             Binary::GreaterEqual => Ok(truth(left >= right)),
-            Binary::Min => Ok(left.min(right)),
-            Binary::Max => Ok(left.max(right)),
+            // Which of two zeros `f64::min` takes is the platform's choice.
+            Binary::Min => Ok(if right < left { right } else { left }),
+            Binary::Max => Ok(if right > left { right } else { left }),
         }
     }
 }

@@ -24,8 +24,20 @@ const FOOT_HEIGHT: f32 = 0.02;
 const FOOT_SHARE: f32 = 0.3;
 
 impl Kind {
+    /// The kind of a model from a file with that index in the population. All of it that is near the ground is its foot: a
+    /// house has no part that hangs in the air.
+    pub fn of_solid(index: u32, model: &Arc<Model>) -> Kind {
+        let name = model.name.clone();
+        Kind { name, ..Self::with_foot(index, std::slice::from_ref(model), 1.0) }
+    }
+
     /// The kind whose variants are `models`, the first of them with the index `first` in the population.
     pub fn of_models(name: &str, first: u32, models: &[Arc<Model>]) -> Kind {
+        Kind { name: name.into(), ..Self::with_foot(first, models, FOOT_SHARE) }
+    }
+
+    /// Without a name. The foot has at most that share of the crown.
+    fn with_foot(first: u32, models: &[Arc<Model>], share: f32) -> Kind {
         let [mut crown, mut foot, mut height] = [0.0_f32; 3];
         for model in models {
             let top = model.bounds()[1].y.max(0.0);
@@ -40,6 +52,6 @@ impl Kind {
             }
         }
         let models = first..first + models.len() as u32;
-        Kind { name: name.into(), models, crown, foot: foot.min(FOOT_SHARE * crown), height }
+        Kind { name: String::new(), models, crown, foot: foot.min(share * crown), height }
     }
 }

@@ -1,6 +1,6 @@
 //! Where plants stand.
 //!
-//! Rules are followed in order. Each finds places ([`scatter`], [`cover`], [`grid`]), asks whether its plants like the ground
+//! Rules are followed in order. Each finds places ([`scatter`], [`cover`], [`grid`], [`spots`]), asks whether its plants like the ground
 //! there ([`site`]) and whether earlier ones leave them light ([`shade`]), and stands them on it ([`stand`]).
 
 mod cover;
@@ -13,6 +13,7 @@ mod random;
 mod scatter;
 mod shade;
 mod site;
+mod spots;
 mod stand;
 
 pub use cover::Cover;
@@ -22,21 +23,27 @@ pub use ground::{Ground, Needs};
 pub use kind::Kind;
 pub use scatter::{Rivalry, Scatter};
 pub use site::{Footing, Patches, Ramp, Site};
+pub use spots::Spot;
 
 use super::species::Species;
 use crate::core::camera::Pinhole;
-use crate::scene::Instance;
+use crate::scene::{Instance, Model, Population};
 use glam::Vec2;
 use random::Random;
 use shade::{Circle, Crowns, Place};
-use stand::{Plant, stand};
+use stand::{Plant, stand, turn};
 use std::sync::Arc;
 
-/// What grows on a world's ground: kinds, and rules that place them, in order.
+/// What stands on a world's ground: kinds, and rules that place them, in order.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
+    /// The first kinds.
     pub species: Vec<Arc<Species>>,
+    /// The kinds that follow: models from files, one each.
+    pub models: Vec<Arc<Model>>,
     pub rules: Vec<Rule>,
+    /// What stands already, whatever the ground.
+    pub standing: Vec<Population>,
 }
 
 /// A rule that places plants.
@@ -58,11 +65,12 @@ pub struct Rule {
 }
 
 /// How a rule finds places.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Places {
     Scatter(Scatter),
     Cover(Cover),
     Grid(Grid),
+    Spots(Arc<[Spot]>),
 }
 
 /// Why nothing is planted.
@@ -106,6 +114,7 @@ impl Rule {
             Places::Scatter(scatter) => scatter::predict(self, scatter, ground),
             Places::Cover(cover) => cover.predict(),
             Places::Grid(grid) => grid.predict(),
+            Places::Spots(spots) => spots.len() as f64,
         }
     }
 }
@@ -146,6 +155,7 @@ impl<'a> Planter<'a> {
             Places::Scatter(scatter) => scatter::plant(rule, scatter, self)?,
             Places::Cover(cover) => cover::plant(rule, cover, self),
             Places::Grid(grid) => grid::plant(rule, grid, self),
+            Places::Spots(spots) => spots::plant(rule, spots, self),
         };
         self.check(rule, plants.len() as f64)?;
         self.instances.extend(plants.iter().map(|plant| plant.instance));
@@ -177,7 +187,8 @@ impl<'a> Planter<'a> {
     /// A plant of a rule at a place, unless earlier ones don't let it live.
     fn grow(&self, rule: &Rule, at: Vec2, scale: f32, random: &mut Random) -> Option<Plant> {
         let kind = &self.kinds[rule.pick(random)];
-        let plant = stand(rule, kind, self.ground, at, scale, random);
+        let turn = turn(random);
+        let plant = stand(rule, kind, self.ground, at, scale, turn, random);
         let place = self.crowns.iter().map(|crowns| crowns.place(at, plant.circle.foot)).max();
         let lives = match place.unwrap_or(Place::Open) {
             Place::Open => true,

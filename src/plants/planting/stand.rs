@@ -20,11 +20,18 @@ const DEPTH: f32 = 0.05;
 /// … or this share of its height, if that is less.
 const DEPTH_SHARE: f32 = 0.02;
 
-/// Stands a plant of `kind` on the ground.
-pub fn stand(rule: &Rule, kind: &Kind, ground: &Ground, at: Vec2, scale: f32, random: &mut Random) -> Plant {
+/// Stands a plant of `kind` on the ground, after a `turn` about the vertical.
+pub fn stand(
+    rule: &Rule,
+    kind: &Kind,
+    ground: &Ground,
+    at: Vec2,
+    scale: f32,
+    turn: Quat,
+    random: &mut Random,
+) -> Plant {
     let gradient = ground.gradient(at);
     let upright = Vec3::Y.lerp(Ground::normal(gradient), rule.lean).normalize();
-    let yaw = yaw(random);
     let variant = pick(random, kind.models.len());
     let (foot, height) = (kind.foot * scale, kind.height * scale);
     // The lower rim of the foot is in the ground, too.
@@ -34,7 +41,7 @@ pub fn stand(rule: &Rule, kind: &Kind, ground: &Ground, at: Vec2, scale: f32, ra
         model: kind.models.start + variant,
         random: random.bits(),
         position: Vec3::new(at.x, ground.height_at(at) - drop - depth, at.y),
-        rotation: Quat::from_rotation_arc(Vec3::Y, upright) * yaw,
+        rotation: Quat::from_rotation_arc(Vec3::Y, upright) * turn,
         scale,
     };
     let circle = Circle { center: at, crown: kind.crown * scale, foot };
@@ -46,8 +53,13 @@ fn pick(random: &mut Random, count: usize) -> u32 {
     ((u64::from(random.bits()) * count as u64) >> 32) as u32
 }
 
-/// Any direction, by a function that is the same everywhere.
-fn yaw(random: &mut Random) -> Quat {
-    let (sine, cosine) = libm::sincosf(std::f32::consts::PI * random.share());
+/// Any direction.
+pub fn turn(random: &mut Random) -> Quat {
+    turn_by(std::f32::consts::TAU * random.share())
+}
+
+/// A turn about the vertical, counter-clockwise from above, by functions that are the same everywhere.
+pub fn turn_by(angle: f32) -> Quat {
+    let (sine, cosine) = libm::sincosf(angle / 2.0);
     Quat::from_xyzw(0.0, sine, 0.0, cosine)
 }

@@ -92,9 +92,23 @@ fn terrain(settings: &Settings) -> String {
 }
 
 fn surface(settings: &Settings) -> String {
-    let mut text = String::new();
-    let _ = (settings, &mut text, material as fn(&Material) -> String);
-    text
+    let (terrain, materials) = (&settings.terrain, &settings.materials);
+    format!(
+        "[surface.by_height]\n\
+         rock_start = {}\n\
+         ground_end = {}\n\
+         \n\
+         # materials/ground.mat\n\
+         [surface.by_height.ground]\n\
+         {}\n\
+         # materials/rock.mat\n\
+         [surface.by_height.rock]\n\
+         {}",
+        terrain.rock_start,
+        terrain.ground_end,
+        material(&materials.ground),
+        material(&materials.rock)
+    )
 }
 
 /// The keys of a material, one a line.
@@ -162,7 +176,7 @@ fn render(settings: &Settings) -> String {
     let (tracer, window, sky) = (&settings.path_tracer, &settings.view_mode, &settings.sky);
     let exposure = sky.sky_luminance_factor * (sky.sun_power / FULL_SUN);
     format!(
-        "# pathTracer.conf: PhotoName {}, Samples {}, MaxRayBounces {}.\n\
+        "# pathTracer.conf: PhotoName {}, Samples {}, MaxRayBounces {}, DebugMode {}.\n\
          # viewMode.conf: Enabled {}, Resolution {}, CameraVelocity {}.\n\
          # sky.conf: the exposure is SkyLuminanceFactor · SunPower / 100000.\n\
          [render]\n\
@@ -171,6 +185,7 @@ fn render(settings: &Settings) -> String {
         tracer.photo_name,
         tracer.samples,
         tracer.max_ray_bounces,
+        u8::from(tracer.debug_mode),
         u8::from(window.enabled),
         words(window.resolution),
         window.camera_velocity,

@@ -9,8 +9,6 @@ use std::ops::RangeInclusive;
 
 /// The settings of one kind of file: declared with `settings!`.
 pub trait Settings: Sized {
-    const ABOUT: &'static str;
-
     fn parameters() -> Vec<Parameter>;
 
     /// Reads each parameter; what is wrong is noted.
@@ -21,11 +19,8 @@ pub trait Settings: Sized {
 #[derive(Clone, Debug)]
 pub struct Parameter {
     pub name: &'static str,
-    pub about: &'static str,
     /// What may be written, in a few words.
     pub allowed: String,
-    /// What stands for nothing written; `None` where it must be written.
-    pub default: Option<String>,
     /// How many words follow the name.
     pub count: usize,
 }
@@ -64,17 +59,13 @@ macro_rules! settings {
         pub struct $name { $($(#[doc = $doc])+ pub $field: $type,)+ }
 
         impl $crate::world::thesis::parameters::Settings for $name {
-            const ABOUT: &'static str = concat!($($about),+);
-
             fn parameters() -> Vec<$crate::world::thesis::parameters::Parameter> {
                 use $crate::world::thesis::parameters::{Kind as _, Parameter};
                 vec![$({
                     let kind = $kind;
                     Parameter {
                         name: stringify!($parameter),
-                        about: concat!($($doc),+),
                         allowed: kind.allowed(),
-                        default: kind.default(),
                         count: kind.count(),
                     }
                 }),+]

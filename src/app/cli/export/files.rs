@@ -96,7 +96,7 @@ impl LayerFile {
 
 /// What is the same for every file of a run.
 pub struct Land<'a> {
-    world: &'a World,
+    pub world: &'a World,
     /// Name of the world file.
     file: String,
     /// What the command line changed in it.

@@ -1,6 +1,7 @@
 //! Layers of the land, as rasters on the host.
 
 use crate::app::{Error, land};
+use crate::core::color::{linear_from_srgb, srgb8_from_linear};
 use crate::core::resample::resample;
 use crate::formats::{Window, extremes, sidecar::Range};
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f, format::Rgba32f};
@@ -101,6 +102,18 @@ impl<'a> Source<'a> {
         Ok(Raster { layer, size, values, range }.resized(self.cells))
     }
 
+    /// The ground's own colour as an sRGB picture, three bytes a pixel, first row north, of at most `most` pixels a side: the
+    /// mean of so many samples each.
+    pub fn albedo(&mut self, most: u32) -> Result<([u32; 2], Vec<u8>), Error> {
+        let gpu = self.gpu;
+        let image = &self.maps()?.albedo;
+        let mut rec = Recorder::new(gpu);
+        let download = rec.download(image);
+        let [cells, _] = image.size();
+        let finished = rec.submit()?.wait()?;
+        Ok(reduced(&download.take(&finished), cells, cells.min(most)))
+    }
+
     fn maps(&mut self) -> Result<&Maps, Error> {
         let maps = match self.maps.take() {
             Some(maps) => maps,
@@ -112,6 +125,28 @@ impl<'a> Source<'a> {
         };
         Ok(self.maps.insert(maps))
     }
+}
+
+/// A square picture of sRGB and a fourth byte with `to` pixels a side instead of `from`, without that byte. Light is averaged,
+/// not its code.
+fn reduced(pixels: &[[u8; 4]], from: u32, to: u32) -> ([u32; 2], Vec<u8>) {
+    let linear: [f32; 256] = std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0));
+    let edge = |index: u32| (u64::from(index) * u64::from(from) / u64::from(to)) as usize;
+    let mut bytes = Vec::with_capacity(3 * to as usize * to as usize);
+    for row in 0..to {
+        for column in 0..to {
+            let (mut sum, mut count) = ([0.0_f32; 3], 0.0);
+            for row in edge(row)..edge(row + 1) {
+                for column in edge(column)..edge(column + 1) {
+                    let pixel = pixels[row * from as usize + column];
+                    sum = std::array::from_fn(|channel| sum[channel] + linear[usize::from(pixel[channel])]);
+                    count += 1.0;
+                }
+            }
+            bytes.extend(sum.map(|sum| srgb8_from_linear(sum / count, 0.5)));
+        }
+    }
+    ([to; 2], bytes)
 }
 
 fn scalar(gpu: &Gpu, image: &Image<R32f>) -> gpu::Result<([u32; 2], Vec<f32>)> {

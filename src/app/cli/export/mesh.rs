@@ -7,6 +7,7 @@ use super::preset::Preset;
 use super::tiles::{self, Tiles};
 use crate::app::cli::output::Place;
 use crate::app::{Error, Session, interrupt};
+use crate::core::grid::Grid;
 use crate::core::memory::mebibytes;
 use crate::core::mesh::Mesh;
 use crate::core::triangulation::{Refinement, Triangulation};
@@ -76,10 +77,7 @@ pub fn write(file: &MeshFile, height: &Raster, land: &Land, session: &mut Sessio
     let size = land.tiles.size(grid.cells);
     for tile in land.tiles.all() {
         let origin = land.tiles.origin(tile, grid.cells);
-        let heights = height.window().part(origin, size).plane(0);
-        let triangulation = triangulate(&heights, size, file.largest_error, session)?;
-        drop(heights);
-        let mesh = Mesh::of_land(&height.values, grid, origin, triangulation);
+        let mesh = of_land(height, grid, origin, size, file.largest_error, session)?;
         let path = tiles::path(&file.path, tile, land.preset);
         let written = encode(&path, &mesh, file.encoding, land)?;
         let values = Values::Mesh {
@@ -97,6 +95,25 @@ pub fn write(file: &MeshFile, height: &Raster, land: &Land, session: &mut Sessio
         files::report(&written, &land.sidecar(values, tile), session)?;
     }
     Ok(())
+}
+
+/// The mesh over the `size` samples of `height` that begin at `origin`, bit by bit, under a bar. No sample lies farther than
+/// `largest_error` metres above or below it.
+///
+/// # Errors
+/// When it takes too much memory, or is interrupted.
+pub fn of_land(
+    height: &Raster,
+    grid: Grid,
+    origin: [u32; 2],
+    size: [u32; 2],
+    largest_error: f32,
+    session: &mut Session,
+) -> Result<Mesh, Error> {
+    let heights = height.window().part(origin, size).plane(0);
+    let triangulation = triangulate(&heights, size, largest_error, session)?;
+    drop(heights);
+    Ok(Mesh::of_land(&height.values, grid, origin, triangulation))
 }
 
 /// Triangulates bit by bit, under a bar.

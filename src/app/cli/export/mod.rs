@@ -1,10 +1,11 @@
-//! `terrane export`: layers of the land as files for other programs.
+//! `terrane export`: layers of the land, and the whole scene, as files for other programs.
 
 mod files;
 mod layers;
 mod mesh;
 mod preset;
 mod request;
+mod scene;
 mod tiles;
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
@@ -18,27 +19,30 @@ use files::Land;
 use layers::{Layer, Source};
 use preset::Preset;
 use request::{Content, Request};
+use scene::What;
 use std::path::PathBuf;
 use tiles::Tiles;
 
 /// Most samples along a side of what is written: four by four of Unity's largest tiles.
 const MAX_CELLS: u32 = (1 << 14) + 1;
 
-/// Write layers of the finished land: height, water, slope, …
+/// Write layers of the finished land: height, water, slope, …; or what stands on it
 #[derive(Args)]
 pub struct Arguments {
-    /// Layers to write, `all` that the world has, or `mesh` [default: height, or mesh where OUT is one]
+    /// Layers to write, `all` that the world has, `mesh`, `plants` or `scene` [default: height, or mesh where OUT is one]
     ///
     /// height, water, sediment, wear, deposit and reef in m, flow in m³/s, slope in degrees, normal = world (x, −z, y)·½ + ½,
-    /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1. The mesh is the height as triangles.
+    /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1. The mesh is the height as triangles. Plants
+    /// are all that stands on the land, each model once with the places of its instances; the scene is these, the mesh in the
+    /// ground's colours, the sea, the sun and the camera.
     #[arg(long = "layer", value_name = "NAME", num_args = 1.., value_delimiter = ',')]
     #[arg(value_parser = choice())]
     layers: Vec<Choice>,
 
     /// File to write, or a folder for one file a layer [default: ./<world>/]
     ///
-    /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one; .glb, .ply or .obj for the mesh, which is
-    /// terrain.glb in a folder.
+    /// .exr for any number of layers; .png, .tif, .tiff, .r16 or .raw for one; .glb, .ply or .obj for the mesh, .glb for
+    /// plants and scene. In a folder these are terrain.glb, plants.glb and scene.glb.
     #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
 
@@ -67,6 +71,14 @@ pub struct Arguments {
     #[arg(long, value_name = "M", value_parser = largest_error, allow_negative_numbers = true)]
     mesh_error: Option<f32>,
 
+    /// How plants and scene tell the places of instances [default: on]
+    #[arg(long, value_enum)]
+    instancing: Option<Instancing>,
+
+    /// The finest level of detail of plants and scene, 0 to 3 [default: 0, which is all there is]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=3))]
+    lod: Option<u8>,
+
     /// Write the south edge first, in PNG and RAW files
     ///
     /// The rows of a tile are turned within it; tiles are counted from the north as ever.
@@ -93,11 +105,20 @@ enum Format {
     Tif,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Instancing {
+    /// As lists (EXT_mesh_gpu_instancing)
+    On,
+    /// As one node each, for programs without that extension: at most 100,000, of one level of detail
+    Off,
+}
+
 /// What `--layer` takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Choice {
     All,
     Mesh,
+    Scene(scene::What),
     One(Layer),
 }
 
@@ -134,6 +155,10 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
                 request.place.make()?;
                 mesh::write(file, &height, &land, session)?;
             }
+            Content::Scene(file) => {
+                request.place.make()?;
+                scene::write(file, &gpu, &simulation, &mut source, &land, session)?;
+            }
         }
     }
     Ok(())
@@ -141,7 +166,8 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
 /// What the layers, of `cells` samples along a side, take of memory beside the simulation, which stays to the end.
 fn goal(plan: &Plan, request: &Request, cells: u32) -> Goal {
-    let drawn = request.layers().any(|layer| !layer.is_simulated());
+    let colored = |content: &Content| matches!(content, Content::Scene(file) if file.what == What::Scene);
+    let drawn = request.layers().any(|layer| !layer.is_simulated()) || request.contents.iter().any(colored);
     let source = if drawn { memory::Source::Renderer } else { memory::Source::Simulation };
     let files =
         request.contents.iter().map(|content| host_bytes(content, request.tiles, plan.grid.cells, cells));
@@ -157,20 +183,25 @@ fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
         Content::Layers(file) => file.layers.iter().map(|layer| layer.channels().len() as u64).sum(),
         // The height; how many triangles it takes is known when they are made, and bounded then.
         Content::Mesh(_) => 1,
+        // What rules ask of the ground: height, water, wetness, flow and two distances. The height and the colours of the
+        // land's mesh come when that is gone. How many plants there are is known when they are planted, and bounded then.
+        Content::Scene(_) => 6,
     };
     // All channels of the land, those of a tile in planes, and one layer half resampled.
     let resampled = if to == from { 0 } else { 16 * from * to };
     4 * channels * (to * to + width * height) + resampled
 }
 
-/// Reads the name of a layer, `all` or `mesh`.
+/// Reads the name of a layer, or of what is made of them.
 fn choice() -> impl TypedValueParser<Value = Choice> {
-    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh"]);
+    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh", "plants", "scene"]);
     PossibleValuesParser::new(names).map(|name| {
-        match Layer::ALL.into_iter().find(|layer| layer.name() == name) {
-            Some(layer) => Choice::One(layer),
-            None if name == "mesh" => Choice::Mesh,
-            None => Choice::All,
+        match (Layer::ALL.into_iter().find(|layer| layer.name() == name), name.as_str()) {
+            (Some(layer), _) => Choice::One(layer),
+            (None, "mesh") => Choice::Mesh,
+            (None, "plants") => Choice::Scene(What::Plants),
+            (None, "scene") => Choice::Scene(What::Scene),
+            (None, _) => Choice::All,
         }
     })
 }

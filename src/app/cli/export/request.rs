@@ -4,6 +4,7 @@ use super::files::{Encoding, LayerFile, Parts};
 use super::layers::Layer;
 use super::mesh::{self, MeshFile};
 use super::preset::Preset;
+use super::scene::{SceneFile, What};
 use super::tiles::Tiles;
 use super::{Arguments, Choice, Format};
 use crate::app::Error;
@@ -32,6 +33,7 @@ pub struct Request {
 pub enum Content {
     Layers(LayerFile),
     Mesh(MeshFile),
+    Scene(SceneFile),
 }
 
 impl Request {
@@ -42,8 +44,10 @@ impl Request {
         let place = Place::of(arguments.out.as_ref().unwrap_or(&default));
         let choices = choices(arguments, &place);
         let mesh = asks_for_mesh(arguments, &choices, &place)?;
+        let scenes = scenes(arguments, &choices, &place, world)?;
+        let models = mesh || !scenes.is_empty();
         let format =
-            if mesh && matches!(place, Place::File(_)) { None } else { file_format(arguments, &place)? };
+            if models && matches!(place, Place::File(_)) { None } else { file_format(arguments, &place)? };
         let tiles = arguments.tiles.unwrap_or(Tiles::ONE);
         let cells = match arguments.preset {
             Some(preset) => preset.cells(arguments.cells, world.plan.grid.cells, tiles)?,
@@ -65,6 +69,11 @@ impl Request {
             prepare(&place, &file.paths(tiles, arguments.preset))?;
             contents.push(Content::Mesh(file));
         }
+        for what in scenes {
+            let file = SceneFile::new(arguments, &place, what, world.plan.grid.cell_size());
+            prepare(&place, std::slice::from_ref(&file.path))?;
+            contents.push(Content::Scene(file));
+        }
         Ok(Request { place, contents, cells, tiles, preset: arguments.preset, notes })
     }
 
@@ -74,7 +83,7 @@ impl Request {
             .iter()
             .flat_map(|content| match content {
                 Content::Layers(file) => file.layers.as_slice(),
-                Content::Mesh(_) => &[],
+                Content::Mesh(_) | Content::Scene(_) => &[],
             })
             .copied()
     }
@@ -95,7 +104,8 @@ fn choices(arguments: &Arguments, place: &Place) -> Vec<Choice> {
 fn asks_for_mesh(arguments: &Arguments, choices: &[Choice], place: &Place) -> Result<bool, Error> {
     let refuse = |message: String| Err(Error::Usage(message));
     let asked = choices.contains(&Choice::Mesh);
-    let alone = choices.iter().all(|choice| *choice == Choice::Mesh);
+    let of_triangles = |choice: &Choice| matches!(choice, Choice::Mesh | Choice::Scene(_));
+    let alone = choices.iter().all(of_triangles);
     if let Place::File(path) = place {
         let extension = formats::extension(path);
         let is_mesh = mesh::EXTENSIONS.contains(&extension.as_str());
@@ -118,10 +128,54 @@ fn asks_for_mesh(arguments: &Arguments, choices: &[Choice], place: &Place) -> Re
             "--format is for layers, and none is asked for; a mesh follows the name of its file".into(),
         );
     }
-    if arguments.mesh_error.is_some() && !asked {
+    let with_land = asked || choices.contains(&Choice::Scene(What::Scene));
+    if arguments.mesh_error.is_some() && !with_land {
         return refuse("--mesh-error is for the mesh, and none is asked for; give --layer mesh".into());
     }
     Ok(asked)
+}
+
+/// Which scenes are asked for; each is a file of its own.
+fn scenes(
+    arguments: &Arguments,
+    choices: &[Choice],
+    place: &Place,
+    world: &World,
+) -> Result<Vec<What>, Error> {
+    let refuse = |message: String| Err(Error::Usage(message));
+    let asked = |what: &What| choices.contains(&Choice::Scene(*what));
+    let scenes: Vec<What> = [What::Plants, What::Scene].into_iter().filter(asked).collect();
+    if scenes.is_empty() {
+        let option = match (arguments.instancing, arguments.lod) {
+            (Some(_), _) => "--instancing",
+            (_, Some(_)) => "--lod",
+            _ => return Ok(scenes),
+        };
+        return refuse(format!(
+            "{option} is for plants and scene, and neither is asked for; give --layer scene"
+        ));
+    }
+    if let Place::File(path) = place {
+        let alone = choices.iter().all(|choice| *choice == choices[0]);
+        if !alone || formats::extension(path) != "glb" {
+            let message = "plants and scene are a .glb file each; name one, or a folder for several layers";
+            return refuse(format!("-o {}: {message}", path.display()));
+        }
+    }
+    let refused = [
+        ("--tiles", arguments.tiles.is_some()),
+        ("--cells", arguments.cells.is_some()),
+        ("--preset", arguments.preset.is_some()),
+    ];
+    if let Some((option, _)) = refused.into_iter().find(|(_, given)| *given) {
+        return refuse(format!("{option} is for the land, and plants stand on it as it is; leave it out"));
+    }
+    let plants = &world.plants;
+    if scenes.contains(&What::Plants) && plants.rules.is_empty() && plants.standing.is_empty() {
+        let reason = "nothing stands on its ground; give it `plants` or `models`";
+        return Err(Error::Missing(format!("{} has no plants: {reason}", world.name)));
+    }
+    Ok(scenes)
 }
 
 /// The format that the name of the output or `--format` asks for, if either does.
@@ -159,7 +213,7 @@ fn choose(
     let mut layers = Vec::new();
     for &choice in choices {
         match choice {
-            Choice::Mesh => {}
+            Choice::Mesh | Choice::Scene(_) => {}
             Choice::All => {
                 layers.extend(&held);
                 let names: Vec<&str> = left_out.iter().map(|layer| layer.name()).collect();

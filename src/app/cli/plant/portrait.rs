@@ -103,10 +103,8 @@ struct Sheet {
 
 impl Sheet {
     fn of(count: u32, size: Size) -> Sheet {
-        // Wider than high, as screens and pages of documents are.
-        let columns = (f64::from(count) * 1.6).sqrt().ceil().max(1.0) as u32;
-        let columns = columns.min(count.max(1));
-        let rows = count.div_ceil(columns).max(1);
+        let columns = columns(count);
+        let rows = count.div_ceil(columns);
         let across = |count: u32, side: u32| (count * (side + GAP)).saturating_sub(GAP);
         Sheet { columns, size, width: across(columns, size.width), height: across(rows, size.height) }
     }
@@ -124,4 +122,15 @@ impl Sheet {
             sheet[start..start + pixels.len()].copy_from_slice(pixels);
         }
     }
+}
+
+/// How many pictures stand in a row: such that the sheet is about 1.6 times as many pictures wide as high, and the last row as
+/// full as may be.
+fn columns(count: u32) -> u32 {
+    let ideal = (1.6 * f64::from(count)).sqrt();
+    let cost = |columns: &u32| {
+        let empty = columns * count.div_ceil(*columns) - count;
+        f64::from(empty) / f64::from(count) + (f64::from(*columns) / ideal).ln().abs()
+    };
+    (1..=count).min_by(|one, other| cost(one).total_cmp(&cost(other))).unwrap_or(1)
 }

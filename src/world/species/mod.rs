@@ -1,0 +1,174 @@
+//! Species files: how a kind of plant grows and what it is made of. A world names such a file, or has the same keys in
+//! its table `species`.
+//!
+//! `keys` declares what may be written, `check` makes a species of it.
+
+mod check;
+mod keys;
+
+pub use keys::{Entry, EntryKind, shape};
+
+use super::fault::{self, Cause, Complaint, Fault, Sources, Text};
+use super::kinds::read_section;
+use super::place::{KeyPath, Place, shown};
+use super::{Error, MAX_BYTES};
+use crate::formats;
+use crate::plants::derive;
+use crate::plants::species as plant;
+use check::{Checked, check};
+use keys::{Named, Species, SpeciesFile};
+use std::cell::RefCell;
+use std::path::Path;
+use std::sync::Arc;
+use toml_edit::Item;
+
+/// A species and what is remarkable about it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    pub species: plant::Species,
+    pub source: Source,
+    /// What is allowed and hardly meant, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+/// Where a species is written: some of what is wrong with it shows only when it grows.
+#[derive(Clone, Debug)]
+pub struct Source {
+    text: Arc<Text>,
+    place: KeyPath,
+}
+
+impl Source {
+    /// What is wrong with the species, with its place in the file.
+    pub fn blame(&self, error: &plant::Error) -> Error {
+        let (mut place, mut error) = (self.place.clone(), error);
+        while let plant::Error::Organ { symbol, problem } = error {
+            place = self.place.join("organs").join(symbol);
+            error = problem;
+        }
+        let complaint = Complaint::new(format!("can't grow: {error}"), "");
+        let complaint = match error {
+            plant::Error::Derive(error) => {
+                let (label, help) = advice(&error.problem);
+                let complaint = Complaint { label: label.into(), ..complaint };
+                complaint.about_part(error.span.clone()).help(help)
+            }
+            _ => Complaint { label: "drawn by this grammar".into(), ..complaint },
+        };
+        let fault = Fault { text: Some(self.text.clone()), ..complaint.at(place.join("grammar")) };
+        Error::Wrong { report: fault::report(&[fault]) }
+    }
+}
+
+/// What is to blame, and what to do.
+fn advice(problem: &derive::Problem) -> (&'static str, &'static str) {
+    use derive::Problem::*;
+    match problem {
+        Modules { .. } | Bytes { .. } | Memory { .. } | Work { .. } => (
+            "it writes the most of them",
+            "take fewer `steps`, or give the rule a condition that ends its growth",
+        ),
+        Endless { .. } => {
+            ("this never ends", "give `steps` a number, or the rule a condition that ends its growth")
+        }
+        Empty => ("nothing is left", "a word needs symbols, and `%` cuts off all that follows it"),
+        Undefined(_) => ("this has no value", "keep such values out with a condition of the rule"),
+        NegativeWeight(_) | NoWeight => (
+            "weights are 0 or more, and one at least is more",
+            "mind the range of what the weight is made of",
+        ),
+    }
+}
+
+/// Reads a species file. The species bears the file's name without folder and ending.
+///
+/// # Errors
+/// When it can't be read, or says something wrong: see [`parse`].
+pub fn load(path: &Path) -> Result<Loaded, Error> {
+    let bytes = formats::read_bytes(path, MAX_BYTES)?;
+    parse(&path.display().to_string(), &bytes)
+}
+
+/// Reads a species from the bytes of its file, whose path is `name`.
+///
+/// # Errors
+/// With every mistake that was found: where, what is wrong, what is allowed.
+pub fn parse(name: &str, bytes: &[u8]) -> Result<Loaded, Error> {
+    let text = super::text(name, "species", bytes)?;
+    let document = super::document(name, text)?;
+    let stem =
+        Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let checked = read(document.as_item()).and_then(|written| check(&stem, &written, &KeyPath::default()));
+    let sources = Sources { name, what: "the species", document, settings: &[] };
+    match checked {
+        Ok((species, remarks)) => {
+            let text = Arc::new(Text { name: name.into(), what: "the species", text: text.into() });
+            let source = Source { text, place: KeyPath::default() };
+            Ok(Loaded { species, source, warnings: sources.sentences(&remarks) })
+        }
+        Err(faults) => Err(Error::Wrong { report: sources.report(&faults) }),
+    }
+}
+
+/// The species of a world, in the order of the file, and what is remarkable about them. Files start from `folder`.
+///
+/// # Errors
+/// With every mistake that was found.
+pub fn of_world(
+    entries: &[(String, Entry)],
+    folder: &Path,
+) -> Result<(Vec<Arc<plant::Species>>, Vec<Fault>), Vec<Fault>> {
+    let (mut found, mut remarks, mut faults) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, entry) in entries {
+        let place = KeyPath::from("species").join(name);
+        let read = match entry {
+            Entry::Here(written) => check(name, written, &place),
+            Entry::File(named) => of_file(name, named, folder, &place),
+        };
+        match read {
+            Ok((species, more)) => {
+                found.push(Arc::new(species));
+                remarks.extend(more);
+            }
+            Err(more) => faults.extend(more),
+        }
+    }
+    if faults.is_empty() { Ok((found, remarks)) } else { Err(faults) }
+}
+
+fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked {
+    // A fault that was noted.
+    let Some(file) = &named.file else { return Err(Vec::new()) };
+    let path = folder.join(file);
+    let shown_path = path.display().to_string();
+    let refuse = |label: String, cause| {
+        let complaint = Complaint::new(format!("names \"{}\"", shown(file)), label);
+        vec![Complaint { cause, ..complaint }.at(place.join("file"))]
+    };
+    let bytes =
+        formats::read_bytes(&path, MAX_BYTES).map_err(|error| refuse(error.to_string(), Cause::File))?;
+    let whole = super::text(&shown_path, "species", &bytes)
+        .and_then(|text| Ok((text, super::document(&shown_path, text)?)))
+        .map_err(|error| refuse(error.to_string(), Cause::World));
+    let (text, document) = whole?;
+    let text = Arc::new(Text { name: shown_path, what: "the species", text: text.to_string() });
+    let here = |faults: Vec<Fault>| -> Vec<Fault> {
+        faults.into_iter().map(|fault| Fault { text: Some(text.clone()), ..fault }).collect()
+    };
+    let written = read(document.as_item()).map_err(here)?;
+    let own = Species {
+        variants: named.variants.unwrap_or(written.variants),
+        height: named.height.or(written.height),
+        ..written
+    };
+    let (species, remarks) = check(name, &own, &KeyPath::default()).map_err(here)?;
+    Ok((species, here(remarks)))
+}
+
+/// Reads the keys of a species file, with everything that is wrong in it.
+fn read(file: &Item) -> Result<Species, Vec<Fault>> {
+    let faults = RefCell::default();
+    let SpeciesFile(written) = read_section(&Place::top(file, shape, &faults));
+    let faults = faults.into_inner();
+    if faults.is_empty() { Ok(written) } else { Err(faults) }
+}

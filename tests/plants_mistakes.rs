@@ -1,0 +1,249 @@
+//! Grammars that are wrong, and grammars that grow beyond measure: an error that points at the place and says what was
+//! expected, after bounded work and within 256 MiB.
+
+#![cfg(target_os = "linux")]
+
+use std::fs;
+use std::io::{Seek, SeekFrom, Write};
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+use terrane::world::species;
+
+/// Address space of the program, KiB: 256 MiB, and 14 MiB for the program itself.
+const LIMIT: u32 = (256 + 14) << 10;
+
+/// Lines of a grammar, where the mistake is (line and column, from 1), what is wrong, what was expected.
+type Case = (&'static str, [usize; 2], &'static str, &'static str);
+
+#[rustfmt::skip]
+const MISTAKES: &[Case] = &[
+    ("", [1, 1], "there is no axiom", "a line `axiom WORD`"),
+    ("A -> F", [1, 7], "there is no axiom", "a line `axiom WORD`"),
+    ("axiom", [1, 1], "the axiom is empty", "a word behind it"),
+    ("axiom = F", [1, 1], "the axiom is no constant", "`axiom WORD`, without `=`"),
+    ("axiom F\naxiom A", [2, 1], "there is an axiom already", "one axiom"),
+    ("axiom F\nF", [2, 1], "it has no `->`", "`axiom WORD`, `name = expression` or `A -> WORD`"),
+    ("axiom F\nF - > A", [2, 1], "it has no `->`", "`A -> WORD`"),
+    ("axiom F\n-> A", [2, 1], "the rule has no module", "what it rewrites, as `A(x)`"),
+    ("axiom F\nFF -> A", [2, 2], "unexpected `F`", "one module only"),
+    ("axiom F\n[ -> A", [2, 1], "brackets and `%` can't be rewritten", "another symbol"),
+    ("axiom F\n% -> A", [2, 1], "brackets and `%` can't be rewritten", "another symbol"),
+    // Brackets and parentheses.
+    ("axiom F[+A", [1, 8], "this `[` is not closed", "`]` behind it, in the same word"),
+    ("axiom F+A]", [1, 10], "this `]` has no `[`", "`[` before it, in the same word"),
+    ("axiom A\nA -> F[[A]", [2, 7], "this `[` is not closed", "`]` behind it"),
+    ("axiom A\nA -> F[A]]", [2, 10], "this `]` has no `[`", "`[` before it"),
+    ("axiom F(1", [1, 8], "this `(` is not closed", "`)`"),
+    ("axiom A(1)\nA(x -> F", [2, 2], "this `(` is not closed", "`)`"),
+    ("axiom F(1,)", [1, 11], "unexpected `)`", "a number, a name or `(`"),
+    ("axiom F()", [1, 9], "unexpected `)`", "a number, a name or `(`"),
+    ("axiom [(1)F]", [1, 8], "unexpected `(`", "a module: `[` has no parameters"),
+    ("axiom F)", [1, 8], "unexpected `)`", "a symbol"),
+    ("axiom F\nA > [B -> F", [2, 5], "this `[` is not closed", "`]` behind it"),
+    ("axiom F\nA > B] -> F", [2, 6], "this `]` has no `[`", "`[` before it"),
+    ("axiom F\n[B] < A -> F", [2, 1], "unexpected `[`", "a left context is the path from the root"),
+    ("axiom F\nA > B < C -> F", [2, 7], "unexpected `<`", "`LEFT < MODULE > RIGHT`"),
+    // Names and numbers.
+    ("axiom A(1)\nA(length) -> F(lenght)", [2, 16], "`lenght` is not known here", "did you mean `length`?"),
+    ("axiom A(1)\nA(l,w) -> F(z)", [2, 13], "`z` is not known here", "one of `l`, `w`"),
+    ("axiom F(r)\nr = 2", [1, 9], "`r` is not known here", "a constant from a line above"),
+    ("axiom A(1,1)\nA(x,x) -> F", [2, 5], "two parameters are called `x`", "another name"),
+    ("axiom A(1)\nA(1) -> F", [2, 3], "unexpected `1`", "the name of a parameter"),
+    ("r = 1\nr = 2\naxiom F", [2, 1], "`r` is defined twice", "another name"),
+    ("axiom F(1.2.3)", [1, 9], "`1.2.3` is no number", "digits, as in `0.5` or `1e-3`"),
+    ("axiom F(1e400)", [1, 9], "too large", "a finite number"),
+    ("axiom F(nan)", [1, 9], "`nan` is not known here", "a constant"),
+    ("axiom F(1/0)", [1, 9], "division by zero", "a finite number"),
+    ("r = 0\naxiom F(2+1/r)", [2, 11], "division by zero", "a finite number"),
+    ("axiom F(0^-1)", [1, 9], "division by zero", "a finite number"),
+    ("axiom F(sqrt(-1))", [1, 9], "a value that is no number", "a finite number"),
+    ("axiom F(ln(0))", [1, 9], "a value that is no number", "a finite number"),
+    ("axiom F(1e300*1e300)", [1, 9], "too large", "a finite number"),
+    ("axiom F(sinus(30))", [1, 9], "there is no function `sinus`", "one of `min`, `max`"),
+    ("axiom F(min(1))", [1, 14], "unexpected `)`", "`,`: `min` has two arguments"),
+    ("r = rnd(0,1)\naxiom F(r)", [1, 5], "a constant is the same for every seed", "`rnd` in the axiom or in a rule"),
+    ("axiom A(1)\nA(x) : 1 < x < 2 -> F", [2, 14], "comparisons can't be chained", "`&&` between two comparisons"),
+    ("axiom A(1)\nA(x) : -> F", [2, 7], "something is missing", "a number, a name or `(`"),
+    ("axiom A(1)\nA(x) -(x +)> F", [2, 11], "something is missing", "a number, a name or `(`"),
+    ("axiom F(2 3)", [1, 11], "unexpected `3`", "an operator, `,` or `)`"),
+    ("axiom F*", [1, 8], "unexpected `*`", "a symbol"),
+    ("  axiom F\nA -> F", [2, 1], "indented less than the first one", "all rules in one column"),
+];
+
+#[test]
+fn mistakes_are_pointed_at_and_say_what_was_expected() {
+    for (grammar, [line, column], problem, expected) in MISTAKES {
+        // The grammar begins in the third line of the file.
+        let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\n");
+        let report = match species::parse("plant.toml", file.as_bytes()) {
+            Ok(_) => panic!("{grammar:?} passes"),
+            Err(error) => error.to_string(),
+        };
+        assert!(report.contains(problem) && report.contains(expected), "{grammar:?}:\n{report}");
+        let place = format!("plant.toml:{}:{column}", line + 2);
+        assert!(report.contains(&place), "{grammar:?} at {line}:{column}:\n{report}");
+        // The line is shown, and a caret stands below the column.
+        let shown: Vec<&str> = report.lines().collect();
+        let source = format!("{} |", line + 2);
+        let at = shown.iter().position(|shown| shown.trim_start().starts_with(&source)).expect(&report);
+        let text = grammar.lines().nth(line - 1).unwrap_or_default();
+        assert!(shown[at].contains(text), "{report}");
+        let margin = shown[at].find('|').unwrap() + 2;
+        let caret = shown[at + 1].find('^').unwrap_or_else(|| panic!("no caret:\n{report}"));
+        let before = text.chars().count().min(column - 1);
+        assert_eq!(shown[at + 1][..caret].chars().count(), margin + before, "{report}");
+    }
+}
+
+/// What is odd is said, with its place, and grows all the same.
+#[test]
+fn what_is_hardly_meant_is_warned_of() {
+    for (grammar, place, wanted) in [
+        ("axiom F\nQ -> F", "4:1", "there is never a `Q`"),
+        ("axiom F\nQ(x) -> Q(x)F", "4:1", "there is never a `Q(x)`"),
+        ("axiom A\nA(x) -> F", "4:1", "`A` stands with no parameter"),
+        ("axiom A\nA -> F\nA -> B", "5:1", "this rule for `A` is never tried"),
+        ("axiom F\nB -> A\nA -> B", "4:1", "there is never a `B`"),
+        ("r = 2\naxiom F", "3:1", "`r` is not used"),
+        ("r = 2\naxiom A(r)\nA(r) -> F(r)", "5:3", "the parameter `r` hides a constant"),
+        ("axiom A(1)\nA(x,y) -> F", "3:7", "no rule is for `A` with 1 parameter"),
+        ("axiom ~FA\nA -> F\nF -> FF", "3:8", "the sub-model `F` has a rule"),
+    ] {
+        let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\n");
+        let loaded = species::parse("plant.toml", file.as_bytes()).unwrap_or_else(|error| panic!("{error}"));
+        let told = loaded.warnings.join("\n");
+        assert!(told.contains(wanted), "{grammar:?}: {told}");
+        assert!(told.contains(place), "{grammar:?}: {told}");
+    }
+}
+
+// Growth -------------------------------------------------------------------------------------------------------------
+
+/// Keys and grammar, where the rule to blame stands, and what the message says.
+#[rustfmt::skip]
+const GROWTH: &[(&str, &str, &str, &[&str])] = &[
+    ("steps = 24", "axiom A\nA -> AA", "5:1", &["step 24", "the rule for `A`", "16777216 modules", "10000000 are allowed"]),
+    ("steps = 1000", "axiom A\nB -> C\nA -> [A]AB", "6:1", &["the rule for `A`", "are allowed"]),
+    ("steps = 100000", "axiom A\nA -> AF", "5:1", &["the rule for `A`", "more than 2000000000 operations"]),
+    ("steps = 40", "axiom A\nA -> A(1,2,3,4,5,6,7,8)A(1,2,3,4,5,6,7,8)A\nA(a,b,c,d,e,f,g,h) -> A(a,b,c,d,e,f,g,h)A(a,b,c,d,e,f,g,h)", "6:1", &["bytes", "are allowed"]),
+    ("steps = \"auto\"", "axiom A(0)\nA(x) -> A(x+1)", "5:1", &["still changes after 100000 steps"]),
+    ("steps = 3", "axiom A\nA -> *", "5:1", &["step 1", "the word is empty"]),
+    ("steps = 3", "axiom F[A%B]\nF -> %", "5:1", &["the word is empty"]),
+    ("steps = 5", "axiom A(2)\nA(x) -> F(1/x)A(x-1)", "5:11", &["step 3", "the rule for `A(x)`", "division by zero"]),
+    ("steps = 5", "axiom A(2)\nA(x) : 1/x > 0 -> A(x-1)", "5:8", &["division by zero"]),
+    ("steps = 5", "axiom A(2)\nA(x) -> A(sqrt(x-3))", "5:11", &["step 1", "a value that is no number"]),
+    ("steps = 900", "axiom A(2)\nA(x) -> A(x*x)", "5:11", &["too large"]),
+    ("steps = 5", "axiom A(2)\nA(x) -(x-3)> A(x)", "5:8", &["the weight is -1", "can't be negative"]),
+    ("steps = 5", "axiom A(2)\nA(x) -(x-2)> A(x)", "5:1", &["no rule that could apply has a weight above 0"]),
+    // A context that is looked for through the whole word, for every module of it.
+    ("steps = 18", "axiom A\nA > [B][B][B] -> A\nA -> A[C]A", "", &["are allowed"]),
+];
+
+#[test]
+fn growth_is_limited_before_memory_is_taken() {
+    let folder = tempfile::tempdir().unwrap();
+    for (keys, grammar, place, wanted) in GROWTH {
+        let name = format!("{keys}, {grammar}");
+        fs::write(folder.path().join("plant.toml"), format!("format = 1\n{keys}\ngrammar = '''\n{grammar}\n'''\n")).unwrap();
+        let told = refused(folder.path(), 3, &name);
+        assert!(wanted.iter().all(|part| told.contains(part)), "{name}:\n{told}");
+        assert!(told.contains(&format!("plant.toml:{place}")) && told.contains('^'), "{name}:\n{told}");
+    }
+}
+
+/// What is drawn has limits, too.
+#[test]
+fn drawings_are_limited_as_well() {
+    let folder = tempfile::tempdir().unwrap();
+    for (keys, grammar, organs, wanted) in [
+        ("steps = 22", "axiom A\nA -> AF", "", ""),
+        ("steps = 21", "axiom A\nA -> FAA", "", "points"),
+        ("steps = 1", "axiom F{", "", "it is never closed by `}`"),
+        ("steps = 1", "axiom F}", "", "there is no `{` that it closes"),
+        ("steps = 1", "axiom F~", "", "names a sub-model"),
+        ("steps = 400", "axiom A(1)\nA(x) -> F(x)A(x*10)", "", ""),
+        // An organ in an organ in an organ.
+        ("steps = 10", "axiom A\nA -> [~L]A[~L]A", "[organs.L]\ngrammar = 'axiom ~M~M~M~M'\n[organs.M]\ngrammar = 'axiom ~N~N~N~N'\n[organs.N]\ngrammar = '''\naxiom F\nF -> [+F]F[-F]F\n'''\nsteps = 7", ""),
+    ] {
+        let text = format!("format = 1\n{keys}\ngrammar = '''\n{grammar}\n'''\n{organs}\n");
+        fs::write(folder.path().join("plant.toml"), text).unwrap();
+        let output = limited(folder.path(), LIMIT);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(!told.contains("panicked"), "{grammar}: {told}");
+        let code = if wanted.is_empty() { output.status.code() } else { Some(3) };
+        assert!(matches!(code, Some(0 | 3)) && output.status.code() == code, "{grammar}: {code:?} {told}");
+        assert!(told.contains(wanted), "{grammar}: {told}");
+    }
+}
+
+#[test]
+fn files_without_measure_are_refused_by_their_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("plant.toml");
+    // A gigabyte, most of it a hole: to read it would take a gigabyte of memory.
+    let mut file = fs::File::create(&path).unwrap();
+    file.write_all(b"format = 1\ngrammar = '''\naxiom F\n").unwrap();
+    file.seek(SeekFrom::Start(1 << 30)).unwrap();
+    file.write_all(b"'''").unwrap();
+    drop(file);
+    refused(folder.path(), 7, "a gigabyte");
+
+    // As long as may be, in one line, in one word, in brackets.
+    let fill = |text: &str| text.repeat((1 << 20) / text.len() - 40);
+    for (name, grammar) in [
+        ("a word", format!("axiom {}", fill("F"))),
+        ("brackets", format!("axiom {}F{}", "[".repeat(400_000), "]".repeat(400_000))),
+        ("parentheses", format!("axiom F({}1{})", "(".repeat(400_000), ")".repeat(400_000))),
+        ("signs", format!("axiom F({}1)", fill("-"))),
+        ("sums", format!("axiom F({}1)", fill("1+"))),
+        ("powers", format!("axiom F({}1)", fill("1^"))),
+        ("rules", format!("axiom F\n{}", fill("F : 0 -> F\n"))),
+        ("symbols", format!("axiom {}", ('\u{4e00}'..='\u{9fff}').cycle().take(300_000).collect::<String>())),
+        ("constants", (0..70_000).map(|name| format!("a{name}=1\n")).collect::<String>() + "axiom F"),
+        ("contexts", format!("axiom F\n{}", fill("F[F][F]F < F > F[F][F]F -> F\n"))),
+        ("a context", format!("axiom FF\nF > {} -> F", "[".repeat(400_000))),
+        ("parameters", format!("axiom F({}1)", fill("1,"))),
+    ] {
+        let text = format!("format = 1\nsteps = 2\ngrammar = '''\n{grammar}\n'''\n");
+        fs::write(&path, text).unwrap();
+        let start = Instant::now();
+        let output = limited(folder.path(), LIMIT);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0 | 3)), "{name}: {:?} {told}", output.status);
+        assert!(!told.contains("panicked") && start.elapsed() < Duration::from_secs(60), "{name}: {told}");
+        // A report of a long line is not as long as the line.
+        assert!(told.len() < 20_000, "{name}: {} bytes of report", told.len());
+    }
+}
+
+/// A checker that lets everything pass would be no good.
+#[test]
+fn what_is_sound_passes_and_too_much_memory_does_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "format = 1\nsteps = 6\nangle = 20\ngrammar = '''\naxiom X\nX -> F[+X]F[-X]+X\nF -> FF\n'''\n";
+    fs::write(folder.path().join("plant.toml"), text).unwrap();
+    assert_eq!(limited(folder.path(), LIMIT).status.code(), Some(0));
+    assert_ne!(limited(folder.path(), 20 << 10).status.code(), Some(0));
+}
+
+/// The program's error about `plant.toml`.
+fn refused(folder: &Path, code: i32, name: &str) -> String {
+    let start = Instant::now();
+    let output = limited(folder, LIMIT);
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{name}: {told}");
+    assert!(told.starts_with("error: ") && !told.contains("panicked"), "{name}: {told}");
+    // Not a measurement: hours are what this is about.
+    assert!(start.elapsed() < Duration::from_secs(60), "{name} takes forever");
+    told
+}
+
+fn limited(folder: &Path, kib: u32) -> Output {
+    Command::new("sh")
+        .args(["-c", &format!("ulimit -v {kib} && exec \"$0\" plant plant.toml --stats")])
+        .arg(env!("CARGO_BIN_EXE_terrane"))
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
