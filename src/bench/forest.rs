@@ -3,7 +3,7 @@
 use super::clock::{self, Stopwatch};
 use super::{Error, memory};
 use crate::{
-    core::hash::derive_seed,
+    core::{camera::Pinhole, hash::derive_seed},
     gpu::{Gpu, Recorder},
     plants::{
         derive::Limits,
@@ -13,7 +13,6 @@ use crate::{
     terrain::{Layer, Simulation},
     world::{self, Overrides, World},
 };
-use crate::core::camera::Pinhole;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
@@ -54,15 +53,15 @@ const WORLD: &str = include_str!("../../configs/landscape/million.toml");
 /// The species that the world names, as the program carries them.
 const SPECIES: [(&str, &str); 10] = [
     ("oak", include_str!("../../configs/species/oak.toml")),
+    ("beech", include_str!("../../configs/species/beech.toml")),
     ("spruce", include_str!("../../configs/species/spruce.toml")),
+    ("pine", include_str!("../../configs/species/pine.toml")),
     ("palm", include_str!("../../configs/species/palm.toml")),
-    ("honda", include_str!("../../configs/species/honda_a.toml")),
-    ("ternary", include_str!("../../configs/species/abop_2_8c.toml")),
     ("dead", include_str!("../../configs/species/dead.toml")),
     ("shrub", include_str!("../../configs/species/shrub.toml")),
     ("fern", include_str!("../../configs/species/fern.toml")),
-    ("daisy", include_str!("../../configs/species/daisy.toml")),
-    ("grass", include_str!("../../configs/species/grass.toml")),
+    ("tussock", include_str!("../../configs/species/tussock.toml")),
+    ("poppy", include_str!("../../configs/species/poppy.toml")),
 ];
 
 /// Measures once; between two steps `stops` is asked whether to end, and `done` is told each row.

@@ -2,7 +2,7 @@
 //!
 //! 1. `patches` bounds every patch of ground; the camera that frames the island stands by these.
 //! 2. [`Exposure`] finds what reaches each place: sun, sky, waves.
-//! 3. [`population`] draws the shadows of plants, as the sun sees them.
+//! 3. `population` draws the shadows of plants, as the sun sees them.
 //! 4. For each tile of the picture, `terrain` rasterises how far away the ground is, and `plant` what stands before it;
 //!    `foliage` and `shade` give every sample its radiance, and `resolve` makes pixels of samples.
 

@@ -112,15 +112,14 @@ impl Body {
     pub fn check(&self) -> Result<(), Error> {
         let Some([least, most]) = self.bounds() else { return Ok(()) };
         let reach = least.abs().max(most.abs()).max_element();
-        // Minimum and maximum pass over what is no number, so all are looked at.
-        let nodes = self.stems.iter().flat_map(|stem| &stem.nodes);
-        let finite = nodes.map(|node| node.position.is_finite() && node.width.is_finite());
-        let finite = finite.chain(self.leaves.iter().map(|leaf| leaf.place.is_finite()));
-        if reach <= REACH && finite.fold(true, |all, one| all && one) {
-            Ok(())
-        } else {
-            Err(Error::Reach { reach })
-        }
+        // Minimum and maximum pass over what is no number.
+        let finite = self
+            .stems
+            .iter()
+            .flat_map(|stem| &stem.nodes)
+            .all(|node| node.position.is_finite() && node.width.is_finite())
+            && self.leaves.iter().all(|leaf| leaf.place.is_finite());
+        if finite && reach <= REACH { Ok(()) } else { Err(Error::Reach { reach }) }
     }
 }
 
