@@ -157,7 +157,7 @@ impl<'a> Shapes<'a> {
         };
         let normals = self.numbers(attributes.normal, Numbers::vectors::<3>)?;
         let uvs = self.numbers(attributes.uv, Numbers::vectors::<2>)?;
-        let colors = self.numbers(attributes.color, |colors| Ok(colors))?;
+        let colors = self.numbers(attributes.color, Ok)?;
         let indices = self.numbers(primitive.indices, Numbers::wholes::<1>)?;
         let of_vertices = [&normals, &uvs, &colors];
         if of_vertices.into_iter().flatten().any(|other| other.count != positions.count) {
