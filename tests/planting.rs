@@ -354,7 +354,7 @@ fn nothing_stands_in_water_or_outside() {
     });
     let camera = Pinhole::look_at(vec3(150.0, 30.0, 190.0), vec3(0.0, 0.0, 0.0), 1.0, 1.5);
     for places in [dense(3.0), cover, grid] {
-        let plants = plant_seen(&[rule(GRASS, places)], &ground, &camera);
+        let plants = plant_seen(&[rule(GRASS, places.clone())], &ground, &camera);
         assert!(plants.len() > 500, "{} by {places:?}", plants.len());
         for plant in &plants {
             assert!(at(plant).abs().max_element() <= 200.0, "{} lies outside", plant.position);

@@ -213,7 +213,8 @@ fn normals_are_unit_and_point_outwards() {
             let mut wrong = 0.0;
             for (triangle, [a, b, c]) in mesh.triangles.iter().zip(corners(&mesh)) {
                 let face = (b - a).cross(c - a);
-                let normals = triangle.map(|corner| DVec3::from(mesh.normals[corner as usize].map(f64::from)));
+                let normals =
+                    triangle.map(|corner| DVec3::from(mesh.normals[corner as usize].map(f64::from)));
                 if face.dot(normals[0] + normals[1] + normals[2]) <= 0.0 {
                     wrong += face.length() / 2.0;
                 }
@@ -326,8 +327,15 @@ fn combs_and_spirals_are_cut_right() {
 fn leaves_keep_their_area_in_every_shape() {
     let oak = [[0.0, 0.0, 0.0], [0.095, 0.047, 0.014], [0.165, 0.0, -0.014], [0.095, -0.047, 0.014]];
     let lobed = [
-        [0.0, 0.0, 0.0], [0.03, 0.013, 0.0], [0.05, 0.032, 0.0], [0.064, 0.02, 0.0], [0.098, 0.045, 0.0],
-        [0.11, 0.024, 0.0], [0.138, 0.026, 0.0], [0.152, 0.0, 0.0], [0.05, -0.02, 0.0],
+        [0.0, 0.0, 0.0],
+        [0.03, 0.013, 0.0],
+        [0.05, 0.032, 0.0],
+        [0.064, 0.02, 0.0],
+        [0.098, 0.045, 0.0],
+        [0.11, 0.024, 0.0],
+        [0.138, 0.026, 0.0],
+        [0.152, 0.0, 0.0],
+        [0.05, -0.02, 0.0],
     ];
     for outline in [&oak[..], &lobed[..]] {
         let outline = outline.iter().map(|at| DVec3::from(*at)).collect();
@@ -394,7 +402,10 @@ fn levels_keep_what_they_are_made_of() {
             let reach = 2.0 * level.detail;
             let grown = (least - coarse[0]).max(coarse[1] - greatest).max_element();
             let lost = (coarse[0] - least).max(greatest - coarse[1]).max_element();
-            assert!(grown <= reach && lost <= 2.0 * reach, "{name}, level {index}: {grown} m more, {lost} m less");
+            assert!(
+                grown <= reach && lost <= 2.0 * reach,
+                "{name}, level {index}: {grown} m more, {lost} m less"
+            );
         }
     }
 }

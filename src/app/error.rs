@@ -97,7 +97,9 @@ impl From<bench::Error> for Error {
             bench::Error::World(error) => Error::World(error),
             bench::Error::Stopped => Error::Interrupted { written: 0, kept: None },
             bench::Error::Planting(error) => Error::Planting(error),
-            bench::Error::NotCovered | bench::Error::Grow(_) | bench::Error::Document(_) => Error::Bench(error.to_string()),
+            bench::Error::NotCovered | bench::Error::Grow(_) | bench::Error::Document(_) => {
+                Error::Bench(error.to_string())
+            }
         }
     }
 }

@@ -152,7 +152,7 @@ impl Pass {
                 Pass::raster(gpu, combine, reference, Source::DiamondSquare(source))?
             }
             Generator::Heightmap { map } => {
-                let source = Source::Map(map.clone(), image_of(&map, gpu)?);
+                let source = Source::Map(map.clone(), image_of(map, gpu)?);
                 Pass::raster(gpu, combine, reference, source)?
             }
         })

@@ -47,10 +47,10 @@ pub const MOST: usize = 20;
 pub enum Mark {
     Key,
     Value,
-    /// Bytes of a string's text.
+    /// Bytes of a string's text: texts are far shorter than 4 GiB.
     Part {
-        start: usize,
-        end: usize,
+        start: u32,
+        end: u32,
     },
 }
 
@@ -80,7 +80,7 @@ impl Complaint {
 
     /// Points at a part of the string that is the value.
     pub fn about_part(self, part: Range<usize>) -> Self {
-        Self { mark: Mark::Part { start: part.start, end: part.end }, ..self }
+        Self { mark: Mark::Part { start: part.start as u32, end: part.end as u32 }, ..self }
     }
 
     pub fn at(self, path: KeyPath) -> Fault {
@@ -284,7 +284,7 @@ fn find(top: &Item, path: &KeyPath, mark: Mark, text: &str) -> Option<Range<usiz
         Mark::Part { start, end } => {
             let whole = item.span()?;
             let written = text.get(whole.clone())?;
-            let [start, end] = [start, end].map(|at| whole.start + place_in_string(written, at));
+            let [start, end] = [start, end].map(|at| whole.start + place_in_string(written, at as usize));
             Some(start..end)
         }
     }

@@ -30,7 +30,8 @@ pub fn canopy(gpu: &Gpu, population: &Population, grid: Grid) -> gpu::Result<Ima
     }
     let cells = side(grid);
     let mut leaves = vec![[0.0; 4]; (cells * cells) as usize];
-    let mut drawing = Drawing { cells, cell: grid.extent / (cells - 1) as f32, extent: grid.extent, leaves: &mut leaves };
+    let mut drawing =
+        Drawing { cells, cell: grid.extent / (cells - 1) as f32, extent: grid.extent, leaves: &mut leaves };
     // One after another: sums of floats depend on their order.
     for instance in population.instances.iter() {
         if let Some(crown) = crowns.get(instance.model as usize) {

@@ -39,7 +39,9 @@ impl Occlusion {
             .map(|index| {
                 let at = occlusion.cell_of(index).as_vec3() + 0.5;
                 let seen = |sign: f32| {
-                    let through = |toward: &Vec3| occlusion.through(&extinction, at, *toward * Vec3::new(1.0, sign, 1.0));
+                    let through = |toward: &Vec3| {
+                        occlusion.through(&extinction, at, *toward * Vec3::new(1.0, sign, 1.0))
+                    };
                     directions.iter().map(through).sum::<f32>() / DIRECTIONS as f32
                 };
                 [seen(1.0), seen(-1.0)]
@@ -59,7 +61,8 @@ impl Occlusion {
             let step = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2);
             let side = |t: f32, step: u32| if step == 1 { t } else { 1.0 - t };
             let weight = side(t.x, step.x) * side(t.y, step.y) * side(t.z, step.z);
-            let open = self.open.get(self.index((first + step).min(self.size - 1))).copied().unwrap_or([1.0; 2]);
+            let open =
+                self.open.get(self.index((first + step).min(self.size - 1))).copied().unwrap_or([1.0; 2]);
             sum = [sum[0] + weight * open[0], sum[1] + weight * open[1]];
         }
         sum
@@ -109,7 +112,11 @@ impl Occlusion {
 
     fn cell_of(&self, index: usize) -> UVec3 {
         let index = index as u32;
-        UVec3::new(index % self.size.x, index / self.size.x % self.size.y, index / (self.size.x * self.size.y))
+        UVec3::new(
+            index % self.size.x,
+            index / self.size.x % self.size.y,
+            index / (self.size.x * self.size.y),
+        )
     }
 }
 

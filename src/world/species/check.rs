@@ -1,14 +1,14 @@
 //! From a species as it is written to one that grows.
 
-use crate::world::fault::{Complaint, Fault};
-use crate::world::place::{KeyPath, shown};
 use super::keys::{Organ, Outline, Species};
-use crate::world::kinds::*;
 use crate::plants::derive::Steps;
 use crate::plants::grammar::{self, Grammar, WarningKind};
 use crate::plants::species::{self as plant, Form, Shape};
 use crate::plants::turtle::{self, Interpretation};
 use crate::scene;
+use crate::world::fault::{Complaint, Fault};
+use crate::world::kinds::*;
+use crate::world::place::{KeyPath, shown};
 use std::ops::Range;
 
 /// A species and what is allowed in it and hardly meant, or what is wrong.

@@ -110,14 +110,14 @@ pub fn parse(name: &str, bytes: &[u8]) -> Result<Loaded, Error> {
     }
 }
 
+/// Species and what is remarkable about them, or every mistake.
+pub type CheckedAll = Result<(Vec<Arc<plant::Species>>, Vec<Fault>), Vec<Fault>>;
+
 /// The species of a world, in the order of the file, and what is remarkable about them. Files start from `folder`.
 ///
 /// # Errors
 /// With every mistake that was found.
-pub fn of_world(
-    entries: &[(String, Entry)],
-    folder: &Path,
-) -> Result<(Vec<Arc<plant::Species>>, Vec<Fault>), Vec<Fault>> {
+pub fn of_world(entries: &[(String, Entry)], folder: &Path) -> CheckedAll {
     let (mut found, mut remarks, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     for (name, entry) in entries {
         let place = KeyPath::from("species").join(name);
