@@ -173,7 +173,8 @@ impl Organ {
             Shape::Polygons(outlines) => outlines,
             Shape::Grown(_) if depth == 0 => return Err(Error::Depth),
             Shape::Grown(form) => {
-                let grown = form.body(derive_seed(seed, &format!("organ.{}", self.symbol)), limits, depth - 1)?;
+                let grown =
+                    form.body(derive_seed(seed, &format!("organ.{}", self.symbol)), limits, depth - 1)?;
                 let mut body = Body::default();
                 body.place(&grown, &[DAffine3::from_mat3(FROM_TURTLE)]);
                 return Ok(body);

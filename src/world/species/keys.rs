@@ -1,11 +1,11 @@
 //! The keys of a species file, and of a species that a world has in its own file.
 
+use crate::plants::turtle::Side;
+use crate::world::fault::Complaint;
 use crate::world::keys::{DEGREES, Format, M, NONE, PER_M};
 use crate::world::kinds::*;
 use crate::world::place::Place;
 use crate::world::schema::{self, Key, Kind, Names, REQUIRED, Section, Table, section};
-use crate::plants::turtle::Side;
-use crate::world::fault::Complaint;
 
 section! {
     /// A kind of plant: the rules of its growth, what its symbols draw, and what it is made of.
@@ -37,8 +37,8 @@ section! {
         ]),
         /// Diameter of segments before the first `!`.
         width: f64 = exact(number(0.1, M, 0.0..=1000.0)),
-        /// What `!` without a parameter multiplies the diameter by: 0.7071 halves the cross-section.
-        taper: f64 = exact(number(0.7071, NONE, 0.0..=1.0)),
+        /// What `!` without a parameter multiplies the diameter by: 0.707 halves the cross-section.
+        taper: f64 = exact(number(0.707, NONE, 0.0..=1.0)),
         /// What segments turn towards as they grow: light above, weight below.
         tropism: Option<Tropism> = word_or("none", "They grow as the rules say.", table::<Tropism>()),
         /// How many different plants there are of it: each has its own random numbers.

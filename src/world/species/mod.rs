@@ -114,10 +114,7 @@ pub fn parse(name: &str, bytes: &[u8]) -> Result<Loaded, Error> {
 ///
 /// # Errors
 /// With every mistake that was found.
-pub fn of_world(
-    entries: &[(String, Entry)],
-    folder: &Path,
-) -> Result<(Vec<Arc<plant::Species>>, Vec<Fault>), Vec<Fault>> {
+pub fn of_world(entries: &[(String, Entry)], folder: &Path) -> Checked<Vec<Arc<plant::Species>>> {
     let (mut found, mut remarks, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     for (name, entry) in entries {
         let place = KeyPath::from("species").join(name);
@@ -136,7 +133,7 @@ pub fn of_world(
     if faults.is_empty() { Ok((found, remarks)) } else { Err(faults) }
 }
 
-fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked {
+fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked<plant::Species> {
     // A fault that was noted.
     let Some(file) = &named.file else { return Err(Vec::new()) };
     let path = folder.join(file);
