@@ -36,9 +36,9 @@ demo:
 
 species:
 	@scripts/install.sh
-	$(RUN) plant $(SPECIES:%=configs/species/%.toml) -o docs/pictures/species.png
-	$(RUN) plant $(wildcard configs/species/honda_*.toml configs/species/abop_*.toml) \
-		-o docs/pictures/species_of_the_book.png --size 240x256
+	$(RUN) plant $(SPECIES:%=configs/species/%.toml) -o docs/pictures/species.png --size 200x240
+	$(RUN) plant $(sort $(wildcard configs/species/abop_*.toml configs/species/honda_*.toml)) \
+		-o docs/pictures/species_of_the_book.png --size 120x144
 
 install:
 	@scripts/install.sh

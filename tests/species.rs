@@ -47,7 +47,8 @@ const PORTRAITS: [Portrait; 12] = [
     portrait("grass", [0.3, 0.8], 420, 0.01, [0.1, 2.0]),
     portrait("oak", [7.5, 10.5], 150_000, 0.02, [2.5, 7.0]),
     portrait("palm", [10.0, 15.0], 60_000, 0.2, [1.0, 3.0]),
-    portrait("pine", [12.0, 17.0], 150_000, 0.02, [1.5, 7.0]),
+    // Needles stand in crossed fans: half of their area faces the sky.
+    portrait("pine", [12.0, 17.0], 150_000, 0.02, [3.0, 10.0]),
     portrait("poppy", [0.3, 0.75], 1_500, 0.02, [0.1, 1.5]),
     portrait("shrub", [1.5, 2.5], 60_000, 0.02, [2.0, 5.0]),
     portrait("spruce", [12.0, 16.0], 150_000, 0.02, [4.0, 14.0]),

@@ -11,11 +11,11 @@ use crate::world::kinds::*;
 use crate::world::place::{KeyPath, shown};
 use std::ops::Range;
 
-/// A species and what is allowed in it and hardly meant, or what is wrong.
-pub type Checked = Result<(plant::Species, Vec<Fault>), Vec<Fault>>;
+/// Something and what is allowed in it and hardly meant, or what is wrong.
+pub type Checked<T> = Result<(T, Vec<Fault>), Vec<Fault>>;
 
 /// Checks what `written`, which stands at `place`, says as a whole.
-pub fn check(name: &str, written: &Species, place: &KeyPath) -> Checked {
+pub fn check(name: &str, written: &Species, place: &KeyPath) -> Checked<plant::Species> {
     let mut check = Check { written, place, faults: Vec::new(), remarks: Vec::new(), forms: 0 };
     let materials = check.materials();
     let form = check.plant();

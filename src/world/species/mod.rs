@@ -110,14 +110,11 @@ pub fn parse(name: &str, bytes: &[u8]) -> Result<Loaded, Error> {
     }
 }
 
-/// Species and what is remarkable about them, or every mistake.
-pub type CheckedAll = Result<(Vec<Arc<plant::Species>>, Vec<Fault>), Vec<Fault>>;
-
 /// The species of a world, in the order of the file, and what is remarkable about them. Files start from `folder`.
 ///
 /// # Errors
 /// With every mistake that was found.
-pub fn of_world(entries: &[(String, Entry)], folder: &Path) -> CheckedAll {
+pub fn of_world(entries: &[(String, Entry)], folder: &Path) -> Checked<Vec<Arc<plant::Species>>> {
     let (mut found, mut remarks, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     for (name, entry) in entries {
         let place = KeyPath::from("species").join(name);
@@ -136,7 +133,7 @@ pub fn of_world(entries: &[(String, Entry)], folder: &Path) -> CheckedAll {
     if faults.is_empty() { Ok((found, remarks)) } else { Err(faults) }
 }
 
-fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked {
+fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked<plant::Species> {
     // A fault that was noted.
     let Some(file) = &named.file else { return Err(Vec::new()) };
     let path = folder.join(file);
