@@ -144,9 +144,13 @@ fn thick_bends_are_rounded() {
     for (position, uv) in mesh.positions.iter().zip(&mesh.uvs) {
         let from_centre = DVec3::from(position.map(f64::from)) - centre;
         let out = DVec2::new(from_centre.truncate().length() - bend, from_centre.z).length();
-        // Not of the end's bulge.
-        if uv[1] > 0.05 && f64::from(uv[1]) < bend * PI / 2.0 - 0.02 {
-            assert!((out - radius).abs() < 0.008, "{out} m from the axis at {uv:?}");
+        // Not of the end's bulge. At the ends, where the curve's direction is only guessed, a third of the chord's error is
+        // left, else a tenth.
+        let (along, length) = (f64::from(uv[1]), bend * PI / 2.0);
+        if along < length - 0.02 {
+            let inner = along > 0.25 * length && along < 0.75 * length;
+            let tolerance = if inner { 0.004 } else { 0.013 };
+            assert!((out - radius).abs() < tolerance, "{out} m from the axis at {uv:?}");
         }
     }
 }

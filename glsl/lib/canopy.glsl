@@ -2,6 +2,9 @@
 #ifndef CANOPY_GLSL
 #define CANOPY_GLSL
 
+// How much longer the path of the sky's light through a level layer is than the layer is thick, on average.
+const float MEAN_PATH = 1.4;
+
 // Share of the light that arrives at height `y` through leaves whose area over the place is `leaves.x` times the ground's,
 // from straight above a path of 1, along a slanting ray a longer one: leaves that face every way hide half their area
 // (Beer & Lambert; Monsi & Saeki 1953). `leaves` also holds the height of their top and the depth of the crowns, each times

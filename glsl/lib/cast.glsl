@@ -13,6 +13,9 @@ struct Cast {
     float depth;       // up to this distance along the view it serves, metres; 0 if there is none
 };
 
+// Side of the square of maps that one image holds.
+const int CAST_COLUMNS = 2;
+
 // Where a point lies in the light: from −1 to 1 across and up, and metres along.
 vec3 cast_place(Cast cast_, vec3 point) {
     vec3 from_eye = point - frame.eye;

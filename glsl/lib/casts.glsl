@@ -1,5 +1,5 @@
 // Where plants hide the sun, softly: the farther away what hides it, the softer (Fernando 2005, "Percentage-Closer Soft
-// Shadows"). The includer declares `casts` and the r32f images `cast0` … `cast3`, which hold how far towards the sun lies
+// Shadows"). The includer declares `casts` and the r32f image `cast_maps`, which holds how far towards the sun lies
 // what meets it first.
 #ifndef CASTS_GLSL
 #define CASTS_GLSL
@@ -8,13 +8,9 @@
 
 const float GOLDEN_ANGLE = 2.39996323;
 
-float cast_along(int index, ivec2 at) {
-    switch (index) {
-        case 0: return imageLoad(cast0, clamp(at, ivec2(0), imageSize(cast0) - 1)).x;
-        case 1: return imageLoad(cast1, clamp(at, ivec2(0), imageSize(cast1) - 1)).x;
-        case 2: return imageLoad(cast2, clamp(at, ivec2(0), imageSize(cast2) - 1)).x;
-        default: return imageLoad(cast3, clamp(at, ivec2(0), imageSize(cast3) - 1)).x;
-    }
+// At a texel of a map; beyond its rim as at it.
+float cast_along(ivec2 first, int side, vec2 at) {
+    return imageLoad(cast_maps, first + clamp(ivec2(floor(at)), ivec2(0), ivec2(side - 1))).x;
 }
 
 // Share of the sun's disc that no plant hides from `point`, by that many looks; `elsewhere` beyond all maps. What is
@@ -26,7 +22,9 @@ float cast_visibility(vec3 point, float bias, int looks, float turn, float elsew
     if (index == 4) return elsewhere;
     Cast cast_ = casts[index];
     vec3 place = cast_place(cast_, point);
-    float texels = float(imageSize(cast0).x);
+    int side = imageSize(cast_maps).x / CAST_COLUMNS;
+    ivec2 first = ivec2(index % CAST_COLUMNS, index / CAST_COLUMNS) * side;
+    float texels = float(side);
     float texel = 2.0 * cast_.half_size / texels;
     vec2 middle = (vec2(place.x, -place.y) * 0.5 + 0.5) * texels;
     float along = place.z + bias + texel;
@@ -38,7 +36,7 @@ float cast_visibility(vec3 point, float bias, int looks, float turn, float elsew
     for (int look = 0; look < looks; ++look) {
         float angle = float(look) * GOLDEN_ANGLE + turn;
         vec2 offset = widest * sqrt((float(look) + 0.5) / float(looks)) * vec2(cos(angle), sin(angle));
-        float found = cast_along(index, ivec2(floor(middle + offset)));
+        float found = cast_along(first, side, middle + offset);
         if (found > along) {
             sum += found - place.z;
             hidden += 1.0;
@@ -50,7 +48,7 @@ float cast_visibility(vec3 point, float bias, int looks, float turn, float elsew
     for (int look = 0; look < looks; ++look) {
         float angle = float(look) * GOLDEN_ANGLE + turn;
         vec2 offset = radius * sqrt((float(look) + 0.5) / float(looks)) * vec2(cos(angle), sin(angle));
-        seen += cast_along(index, ivec2(floor(middle + offset))) > along ? 0.0 : 1.0;
+        seen += cast_along(first, side, middle + offset) > along ? 0.0 : 1.0;
     }
     seen /= float(looks);
     // The last map fades into what is known beyond.

@@ -10,6 +10,7 @@ struct Material {
     vec3 transmittance;      // 0 for what light does not get through
     float refractive_index;  // of the thin layer of gloss
     float roughness;
+    float relief;            // depth of furrows, metres
 };
 
 struct Coat {
@@ -30,6 +31,28 @@ vec2 spread(uint random) {
 vec3 variation(uint random) {
     vec2 deviates = spread(random);
     return exp(0.10 * deviates.x + 0.06 * deviates.y * vec3(1.0, 0.0, -1.0));
+}
+
+// Height of a furrowed surface, 0…1: ridges that run upwards, and clefts where the noise is 0.
+float ridge(vec3 at) {
+    return min(3.0 * abs(perlin(at * vec3(1.0, 0.22, 1.0))), 1.0);
+}
+
+// Turns `normal` as furrows do; returns how much light gets into them, too. What a sample can't resolve is the mean.
+float furrow(Material material, vec3 point, float footprint, inout vec3 normal) {
+    const float DARKEST = 0.5;
+    const float MEAN = 0.6;   // of `ridge`
+    if (material.relief <= 0.0) return 1.0;
+    float wavelength = 8.0 * material.relief;
+    float seen = smoothstep(1.5, 5.0, wavelength / max(footprint, 1e-6));
+    if (seen == 0.0) return mix(DARKEST, 1.0, MEAN);
+    const float STEP = 0.1;
+    vec3 at = point / wavelength;
+    float here = ridge(at);
+    vec3 slope = (vec3(ridge(at + vec3(STEP, 0.0, 0.0)), ridge(at + vec3(0.0, STEP, 0.0)),
+                       ridge(at + vec3(0.0, 0.0, STEP))) - here) * (material.relief / (STEP * wavelength));
+    normal = normalize(normal - 2.0 * seen * (slope - dot(slope, normal) * normal));
+    return mix(DARKEST, 1.0, mix(MEAN, here, seen));
 }
 
 // Colours at `point`, where a sample covers `footprint` metres. Transmittance varies with the reflectance.

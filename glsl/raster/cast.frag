@@ -3,9 +3,11 @@
 #extension GL_GOOGLE_include_directive : require
 // How far towards the sun lies what meets its light first.
 
-layout(location = 0) in float along;
+layout(location = 0) in vec3 place;
 layout(location = 0) out float nearest;
 
 void main() {
-    nearest = along;
+    // Other maps lie beside this one.
+    if (any(greaterThan(abs(place.xy), vec2(1.0)))) discard;
+    nearest = place.z;
 }

@@ -15,12 +15,14 @@ layout(push_constant, scalar) uniform Push {
     int map;
 } push;
 
-layout(location = 0) out float along;
+layout(location = 0) out vec3 place;   // in the map, and along
 
 void main() {
     Cast cast_ = casts[push.map];
-    vec3 place = cast_place(cast_, placed(instances[gl_InstanceIndex], vertices[gl_VertexIndex].position));
-    along = place.z;
+    place = cast_place(cast_, placed(instances[gl_InstanceIndex], vertices[gl_VertexIndex].position));
+    // Its own square of the image, from the upper left.
+    vec2 square = vec2(push.map % CAST_COLUMNS, CAST_COLUMNS - 1 - push.map / CAST_COLUMNS);
+    vec2 at = (place.xy + 1.0 + 2.0 * square) / float(CAST_COLUMNS) - 1.0;
     // Reversed depth: what meets the sun first has the greatest.
-    gl_Position = vec4(place.xy, 0.5 + 0.5 * place.z / cast_.reach, 1.0);
+    gl_Position = vec4(at, 0.5 + 0.5 * place.z / cast_.reach, 1.0);
 }

@@ -19,11 +19,8 @@ layout(binding = 5, r32f) uniform readonly image2D openness;
 layout(binding = 6, rg32f) uniform readonly image2D shadow;
 layout(binding = 7, rgba32f) uniform readonly image2D glow;
 layout(binding = 8, scalar) readonly buffer Casts { Cast casts[]; };
-layout(binding = 9, r32f) uniform readonly image2D cast0;
-layout(binding = 10, r32f) uniform readonly image2D cast1;
-layout(binding = 11, r32f) uniform readonly image2D cast2;
-layout(binding = 12, r32f) uniform readonly image2D cast3;
-layout(binding = 13, rgba32f) uniform readonly image2D canopy;
+layout(binding = 9, r32f) uniform readonly image2D cast_maps;
+layout(binding = 10, rgba32f) uniform readonly image2D canopy;
 
 layout(push_constant, scalar) uniform Push {
     ivec2 origin;      // of the tile, in samples of the whole picture
@@ -57,18 +54,18 @@ vec3 dome(Arriving light, vec3 normal) {
     return light.sky * sky_irradiance(normal) + light.below * PI * 0.5 * (1.0 - normal.y);
 }
 
-vec3 leaving(Material material, Coat coat, Arriving light, vec3 normal, vec3 view) {
+vec3 leaving(Material material, Coat coat, Arriving light, vec3 normal, vec3 view, float footprint) {
     // The normal on the eye's side.
     vec3 n = dot(normal, view) > 0.0 ? -normal : normal;
     float facing = dot(n, frame.sun_direction);
-    float mirrored = schlick(material.refractive_index, dot(n, -view));
+    float mirrored = rough_schlick(material, dot(n, -view));
     vec3 scattered = coat.reflectance / PI * (light.sun * max(facing, 0.0) + dome(light, n))
                    + coat.transmittance / PI * (light.sun * max(-facing, 0.0) + dome(light, -n));
     // Leaves that hide the sky are lit themselves, half of them well, and are of the same colour.
     vec3 albedo = coat.reflectance + coat.transmittance;
     vec3 open_light = frame.sun_irradiance * max(frame.sun_direction.y, 0.0) + sky_irradiance(vec3(0.0, 1.0, 0.0));
     scattered += light.hidden * 0.25 * albedo * albedo / PI * open_light;
-    vec3 gloss = light.sun * highlight(material, n, -view, frame.sun_direction) + mirrored * dome(light, n) / PI;
+    vec3 gloss = light.sun * highlight(material, n, -view, frame.sun_direction, footprint) + mirrored * dome(light, n) / PI;
     return (1.0 - mirrored) * scattered + gloss;
 }
 
@@ -97,9 +94,11 @@ void main() {
     // Own leaves are among those of the canopy: what hides more counts.
     vec2 open = unpackUnorm2x16(found.w);
     light.sun = frame.sun_irradiance * visible;
-    light.sky = BILINEAR(openness, coarse).x * min(open.x, through_canopy(leaves, point.y, 1.4));
-    light.below = BILINEAR(glow, coarse).rgb * open.y * through_canopy(leaves, -1e9, 1.4);
+    light.sky = BILINEAR(openness, coarse).x * min(open.x, through_canopy(leaves, point.y, MEAN_PATH));
+    light.below = BILINEAR(glow, coarse).rgb * open.y * through_canopy(leaves, -1e9, MEAN_PATH);
     light.hidden = 1.0 - light.sky;
-    vec3 seen = leaving(material, coat, light, unpack_direction(found.z), view);
+    vec3 normal = unpack_direction(found.z);
+    coat.reflectance *= furrow(material, point, footprint, normal);
+    vec3 seen = leaving(material, coat, light, normal, view, footprint);
     imageStore(radiance, at, vec4(with_clouds(veil(seen, view, path), view, path), 1.0));
 }

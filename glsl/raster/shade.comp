@@ -20,11 +20,8 @@ layout(binding = 8, r32f) uniform readonly image2D surf;
 layout(binding = 9, rg32f) uniform readonly image2D shadow;
 layout(binding = 10, rgba32f) uniform readonly image2D glow;
 layout(binding = 11, scalar) readonly buffer Casts { Cast casts[]; };
-layout(binding = 12, r32f) uniform readonly image2D cast0;
-layout(binding = 13, r32f) uniform readonly image2D cast1;
-layout(binding = 14, r32f) uniform readonly image2D cast2;
-layout(binding = 15, r32f) uniform readonly image2D cast3;
-layout(binding = 16, rgba32f) uniform readonly image2D canopy;
+layout(binding = 12, r32f) uniform readonly image2D cast_maps;
+layout(binding = 13, rgba32f) uniform readonly image2D canopy;
 
 layout(push_constant, scalar) uniform Push {
     ivec2 origin;      // of the tile, in samples of the whole picture
@@ -119,14 +116,15 @@ vec3 ground_radiance(Hit hit, vec3 view, float turn) {
     float depth = frame.sea_level - hit.point.y;
     if (depth <= 0.0) {
         vec4 leaves = BILINEAR(canopy, stencil(hit.point.xz, imageSize(canopy).x));
-        place.openness *= through_canopy(leaves, hit.point.y, 1.4);
         if (visible > 0.0) {
             float elsewhere = through_canopy(leaves, hit.point.y, 1.0 / max(frame.sun_direction.y, 0.1));
             sun *= cast_visibility(hit.point, 0.0, 12, turn, elsewhere);
         }
+        float through = through_canopy(leaves, hit.point.y, MEAN_PATH);
         vec3 light = sun * max(dot(found.normal, frame.sun_direction), 0.0)
-                   + sky_irradiance(found.normal) * place.openness + bounced(found.albedo, place.openness);
-        return wet(found.albedo / PI * light, view, BILINEAR(water, s).x, place.openness);
+                   + sky_irradiance(found.normal) * place.openness * through
+                   + bounced(found.albedo, place.openness) * through;
+        return wet(found.albedo / PI * light, view, BILINEAR(water, s).x, place.openness * through);
     }
     // Refraction turns the sun upright; diffuse light travels 1.2 times the depth. Of what the bottom sends up
     // 48 % is mirrored back down at a surface that it can't leave (Lee et al. 1998, "Hyperspectral remote sensing

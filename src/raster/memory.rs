@@ -21,12 +21,12 @@ pub fn picture(grid: Grid, film: &Film, quality: Quality) -> Vec<Memory> {
 pub fn plants(grid: Grid, film: &Film, quality: Quality) -> Vec<Memory> {
     let [width, height] = [film.width, film.height].map(|side| u64::from(side.min(quality.tile)));
     let samples = width * height * u64::from(quality.samples).pow(2);
-    let texels = u64::from(cast::SIDE).pow(2);
+    let texels = u64::from(cast::IMAGE_SIDE).pow(2);
     vec![
         // What every sample sees of a plant, and the depth that it has there.
         Memory { name: "plants", bytes: samples * (16 + 4) },
-        // Each map, and the depth that serves them one after another.
-        Memory { name: "shadow maps", bytes: (cast::MAPS as u64 + 1) * texels * 4 },
+        // And their depth.
+        Memory { name: "shadow maps", bytes: texels * (4 + 4) },
         Memory { name: "canopy", bytes: u64::from(canopy::side(grid)).pow(2) * 16 },
     ]
 }

@@ -171,7 +171,7 @@ impl Renderer {
         let radiance = Image::<Rgba32f>::new(&self.gpu, "radiance", tile.sample_size())?;
         let origin = tile.origin.map(|at| (at * tile.samples) as i32);
         let coarse_cells = exposure.openness.size()[0] as i32;
-        let Crowd { casts: Casts { casts, maps: [cast0, cast1, cast2, cast3] }, canopy, .. } = crowd;
+        let Crowd { casts: Casts { casts, maps: cast_maps }, canopy, .. } = crowd;
         let view = (*scene, prepared, film, tile);
         let plant = self.population.draw(&self.gpu, crowd, view, &range, &depth)?;
         if let Some((plant, materials)) = plant.as_ref().zip(crowd.materials()) {
@@ -190,10 +190,7 @@ impl Renderer {
                     shadow: &exposure.shadow,
                     glow: &exposure.glow,
                     casts,
-                    cast0,
-                    cast1,
-                    cast2,
-                    cast3,
+                    cast_maps,
                     canopy,
                 },
             );
@@ -219,10 +216,7 @@ impl Renderer {
                 shadow: &exposure.shadow,
                 glow: &exposure.glow,
                 casts,
-                cast0,
-                cast1,
-                cast2,
-                cast3,
+                cast_maps,
                 canopy,
             },
         );

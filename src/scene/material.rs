@@ -18,6 +18,8 @@ pub struct Material {
     pub refractive_index: f32,
     /// Of the gloss: 0 is a mirror, 1 has no highlight to speak of.
     pub roughness: f32,
+    /// Depth of furrows, as in bark, metres; they are some eight times as far apart, and run upwards.
+    pub relief: f32,
 }
 
 impl Default for Material {
@@ -30,6 +32,7 @@ impl Default for Material {
             transmittance: [0.0; 3],
             refractive_index: 1.0,
             roughness: 1.0,
+            relief: 0.0,
         }
     }
 }

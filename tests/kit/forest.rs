@@ -42,10 +42,10 @@ pub fn leaf() -> Material {
         name: "leaf".into(),
         reflectance: [[0.04, 0.075, 0.02], [0.06, 0.10, 0.025]],
         position_factor: 1.0,
-        value_factor: 1.0,
         transmittance: [0.045, 0.09, 0.012],
         refractive_index: 1.45,
         roughness: 0.4,
+        ..Material::default()
     }
 }
 

@@ -25,9 +25,12 @@ pub fn batches(population: &Population, shapes: &Shapes, seen: &[Seen]) -> Vec<B
     for group in seen.chunk_by(|one, other| (one.model, one.level) == (other.model, other.level)) {
         let Some(place) = shapes.place(group[0].model, group[0].level) else { continue };
         let triangles = place.indices.len() as u64 / 3;
+        if triangles == 0 {
+            continue;
+        }
         let mut rest = group;
         while !rest.is_empty() {
-            let room = MOST_TRIANGLES.saturating_sub(batch.triangles) / triangles.max(1);
+            let room = MOST_TRIANGLES.saturating_sub(batch.triangles) / triangles;
             if room == 0 && batch.triangles > 0 {
                 batches.push(std::mem::take(&mut batch));
                 continue;

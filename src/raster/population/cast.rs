@@ -15,9 +15,11 @@ use crate::shaders::{self, raster::cast};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Maps of a picture.
-pub const MAPS: usize = 4;
+const MAPS: usize = 4;
 /// Texels along a side of a map.
-pub const SIDE: u32 = 2048;
+const SIDE: u32 = 1536;
+/// Texels along a side of the image that holds them all: two beside two.
+pub const IMAGE_SIDE: u32 = 2 * SIDE;
 /// Beyond this distance nobody casts a shadow of their own, metres: a texel would be larger than a crown.
 const FARTHEST: f32 = 2048.0;
 /// Up to this distance there are shadows in any case, metres.
@@ -28,7 +30,8 @@ const REACH: f32 = 1e5;
 /// Shadow maps on the device, and what says where they lie.
 pub struct Casts {
     pub casts: Buffer<shaders::Cast>,
-    pub maps: [Image<R32f>; MAPS],
+    /// Of all maps; a single texel if there is none.
+    pub maps: Image<R32f>,
 }
 
 /// A map before it is drawn: whose shadows fall into its part of the view.
@@ -65,71 +68,43 @@ impl Pass {
             *cast = map.cast;
         }
         let casts = shapes::upload(gpu, "casts", &casts)?;
-        let drawn = shapes.filter(|_| !maps.is_empty());
-        let size = [if drawn.is_some() { SIDE } else { 1 }; 2];
-        let image = |_| Image::new(gpu, "shadow map", size);
-        let images = [image(0)?, image(1)?, image(2)?, image(3)?];
-        if let Some(shapes) = drawn {
-            let depth = Image::<D32f>::new(gpu, "shadow map's depth", size)?;
-            for (index, (map, image)) in maps.iter().zip(&images).enumerate() {
-                self.draw_map(gpu, (scene, prepared, shapes), (index, map), &casts, image, &depth)?;
-            }
-        }
-        Ok(Casts { casts, maps: images })
-    }
-
-    fn draw_map(
-        &self,
-        gpu: &Gpu,
-        (scene, prepared, shapes): (&Scene, &Prepared, &Shapes),
-        (index, map): (usize, &Map),
-        casts: &Buffer<shaders::Cast>,
-        image: &Image<R32f>,
-        depth: &Image<D32f>,
-    ) -> gpu::Result<()> {
+        let Some(shapes) = shapes.filter(|_| !maps.is_empty()) else {
+            return Ok(Casts { casts, maps: Image::new(gpu, "shadow maps", [1; 2])? });
+        };
+        let image = Image::new(gpu, "shadow maps", [IMAGE_SIDE; 2])?;
+        let depth = Image::<D32f>::new(gpu, "depth of shadow maps", [IMAGE_SIDE; 2])?;
         let mut rec = Recorder::new(gpu);
-        let nothing = Targets { color: &[image], depth: Some(depth), load: Load::Clear([-1e30; 4]) };
+        let nothing = Targets { color: &[&image], depth: Some(&depth), load: Load::Clear([-1e30; 4]) };
         rec.render(&nothing, |_| {});
         rec.submit()?.wait()?;
-        for batch in batch::batches(&scene.population, shapes, &map.seen) {
-            let instances = shapes::upload(gpu, "instances", &batch.instances)?;
-            let mut rec = Recorder::new(gpu);
-            let targets = Targets { color: &[image], depth: Some(depth), load: Load::Keep };
-            rec.render(&targets, |draws| {
-                for (pool, draw) in &batch.draws {
-                    let pool = &shapes.pools[*pool];
-                    let bindings = cast::Bindings {
-                        frame: &prepared.frame,
-                        instances: &instances,
-                        vertices: &pool.vertices,
-                        casts,
-                    };
-                    draws.draw_indexed(
-                        &self.0,
-                        &pool.indices,
-                        draw,
-                        cast::Push { map: index as i32 },
-                        bindings,
-                    );
-                }
-            });
-            rec.submit()?.wait()?;
+        for (index, map) in maps.iter().enumerate() {
+            for batch in batch::batches(&scene.population, shapes, &map.seen) {
+                let instances = shapes::upload(gpu, "instances", &batch.instances)?;
+                let mut rec = Recorder::new(gpu);
+                let targets = Targets { color: &[&image], depth: Some(&depth), load: Load::Keep };
+                rec.render(&targets, |draws| {
+                    for (pool, draw) in &batch.draws {
+                        let pool = &shapes.pools[*pool];
+                        let bindings = cast::Bindings {
+                            frame: &prepared.frame,
+                            instances: &instances,
+                            vertices: &pool.vertices,
+                            casts: &casts,
+                        };
+                        let push = cast::Push { map: index as i32 };
+                        draws.draw_indexed(&self.0, &pool.indices, draw, push, bindings);
+                    }
+                });
+                rec.submit()?.wait()?;
+            }
         }
-        Ok(())
+        Ok(Casts { casts, maps: image })
     }
 }
 
 /// The maps of a picture that shows `shown`, and whose shadows are in them. None without a sun.
-pub fn maps(
-    population: &Population,
-    bounds: &[Sphere],
-    scene: &Scene,
-    camera: &Pinhole,
-    shown: &[Seen],
-) -> Vec<Map> {
-    let Some(sun) = scene.light.sun.map(|sun| sun.direction).filter(|sun| sun.y > 0.0) else {
-        return Vec::new();
-    };
+pub fn maps(population: &Population, bounds: &[Sphere], scene: &Scene, camera: &Pinhole, shown: &[Seen]) -> Vec<Map> {
+    let Some(sun) = scene.light.sun.map(|sun| sun.direction).filter(|sun| sun.y > 0.0) else { return Vec::new() };
     if population.instances.is_empty() {
         return Vec::new();
     }

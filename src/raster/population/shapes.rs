@@ -3,7 +3,7 @@
 use super::occlusion::Occlusion;
 use crate::core::mesh::Mesh;
 use crate::gpu::{self, Buffer, Gpu, Recorder};
-use crate::scene::{Level, Material, Model, Population};
+use crate::scene::{Level, Material, Model, Part, Population};
 use crate::shaders::{self, Vertex};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -62,8 +62,12 @@ impl Shapes {
         if filling.bytes() > 0 {
             pools.push(filling.upload(gpu)?);
         }
-        let materials: Vec<_> =
+        let mut materials: Vec<_> =
             population.models.iter().flat_map(|model| &model.materials).map(material).collect();
+        if materials.is_empty() {
+            // Nothing has one, but a buffer holds something.
+            materials.push(material(&Material::default()));
+        }
         Ok(Shapes { pools, places, materials: upload(gpu, "materials", &materials)? })
     }
 
@@ -74,7 +78,7 @@ impl Shapes {
 
 /// Area of a level's leaves, one-sided, or of leaves that hide as much, m².
 pub fn density_area(model: &Model, level: &Level) -> f32 {
-    let part = |part: &crate::scene::Part| {
+    let part = |part: &Part| {
         let corner = |index: u32| Vec3::from(part.mesh.positions[index as usize]);
         let area = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(corner);
@@ -155,6 +159,7 @@ fn material(material: &Material) -> shaders::Material {
         transmittance: material.transmittance,
         refractive_index: material.refractive_index,
         roughness: material.roughness,
+        relief: material.relief,
     }
 }
 

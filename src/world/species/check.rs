@@ -69,6 +69,7 @@ impl Check<'_> {
                 transmittance: material.transmittance,
                 refractive_index: material.refractive_index,
                 roughness: material.roughness,
+                relief: material.relief,
             });
         }
         if materials.is_empty() {

@@ -103,6 +103,8 @@ section! {
         refractive_index: f32 = number(1.0, NONE, 1.0..=3.0).usual(1.0..=1.5),
         /// Of the gloss: 0 is a mirror, 1 has no highlight to speak of.
         roughness: f32 = number(1.0, NONE, 0.0..=1.0),
+        /// Depth of furrows, as in bark; they are some eight times as far apart, and run upwards.
+        relief: f32 = number(0.0, M, 0.0..=1.0),
     }
 }
 
