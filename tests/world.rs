@@ -134,7 +134,9 @@ fn the_defaults_may_be_written_out() {
             match &key.shape {
                 Shape::Table(inner) => write_out(inner, &format!("{path}."), set),
                 Shape::OrWord(shape, [word, _]) => match &**shape {
-                    Shape::Table(inner) if key.default != format!("\"{word}\"") => write_out(inner, &format!("{path}."), set),
+                    Shape::Table(inner) if key.default != format!("\"{word}\"") => {
+                        write_out(inner, &format!("{path}."), set)
+                    }
                     _ => set.push(format!("{path}={}", key.default)),
                 },
                 // Defaults in words depend on other keys.
