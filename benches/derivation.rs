@@ -13,7 +13,7 @@ use terrane::plants::grammar::Grammar;
 const RUNS: u32 = 7;
 
 fn main() {
-    println!("| grammar | steps | modules | M modules/min | ns a module | plain | ratio |");
+    println!("| grammar | steps | modules | M modules/min | ns a module | plain ns | ratio |");
     println!("|---|--:|--:|--:|--:|--:|--:|");
     for subject in subjects() {
         let (mut ours, mut plain) = (Duration::MAX, Duration::MAX);
@@ -31,7 +31,7 @@ fn main() {
         }
         let nanoseconds = |time: Duration| time.as_secs_f64() * 1e9 / written as f64;
         let beside = match subject.plain {
-            Some(_) => format!("{:.1} | {:.1}", nanoseconds(plain), nanoseconds(plain) / nanoseconds(ours)),
+            Some(_) => format!("{:.1} | {:.2}", nanoseconds(plain), nanoseconds(ours) / nanoseconds(plain)),
             None => " | ".into(),
         };
         println!(
