@@ -253,7 +253,7 @@ fn weights_and_random_numbers_are_as_they_say() {
     let word = counts("A(x) -(1)> B\nA(x) -(2)> C\nA(x) : x > 1 -(100)> D\nA(x) -(x+4)> E\nA(x) -(0)> G");
     for (symbol, share) in [('B', 0.125), ('C', 0.25), ('D', 0.0), ('E', 0.625), ('G', 0.0)] {
         let count = word.counts().get(&symbol).copied().unwrap_or_default() as f64;
-        let deviation = (1e4 * share * (1.0 - share) as f64).sqrt();
+        let deviation = f64::sqrt(1e4 * share * (1.0 - share));
         assert!((count - 1e4 * share).abs() <= 4.0 * deviation, "{symbol}: {count}");
     }
 

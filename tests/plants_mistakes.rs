@@ -143,7 +143,7 @@ const GROWTH: &[(&str, &str, &str, &[&str])] = &[
     ("steps = 5", "axiom A(2)\nA(x) -(x-3)> A(x)", "5:8", &["the weight is -1", "can't be negative"]),
     ("steps = 5", "axiom A(2)\nA(x) -(x-2)> A(x)", "5:1", &["no rule that could apply has a weight above 0"]),
     // A context that is looked for through the whole word, for every module of it.
-    ("steps = 18", "axiom A\nA > [B][B][B] -> A\nA -> A[C]A", "", &["are allowed"]),
+    ("steps = 20\nignore = 'F'", "axiom F\nF > [C] -> F\nF -> FF", "6:1", &["the rule for `F`", "more than 1000000000 operations"]),
 ];
 
 #[test]

@@ -176,7 +176,7 @@ fn word_at(bytes: &[u8], place: usize) -> std::ops::Range<usize> {
 }
 
 /// Makes checksums and lengths of a damaged file right again, so that the damage gets past them.
-pub fn seal(name: &str, bytes: &mut Vec<u8>) {
+pub fn seal(name: &str, bytes: &mut [u8]) {
     if name.ends_with(".png") {
         seal_png(bytes);
     } else if name.ends_with(".glb") {
@@ -197,7 +197,7 @@ fn seal_png(bytes: &mut [u8]) {
 }
 
 /// The JSON goes up to the binary chunk, or to the end.
-fn seal_glb(bytes: &mut Vec<u8>) {
+fn seal_glb(bytes: &mut [u8]) {
     if bytes.len() < 20 {
         return;
     }

@@ -407,8 +407,8 @@ fn value(tokens: &[String], names: &Names, random: &dyn Fn(u32) -> f64) -> Resul
 /// The last of these operators outside of brackets and between two operands.
 fn last_outside(tokens: &[String], operators: &[&str]) -> Option<usize> {
     let operand = |token: &String| token == ")" || token.starts_with(|first: char| first.is_alphanumeric());
-    let candidates = (1..tokens.len()).filter(|&at| operand(&tokens[at - 1]));
-    candidates.filter(|&at| operators.contains(&tokens[at].as_str()) && outside(tokens, at)).last()
+    let mut candidates = (1..tokens.len()).filter(|&at| operand(&tokens[at - 1]));
+    candidates.rfind(|&at| operators.contains(&tokens[at].as_str()) && outside(tokens, at))
 }
 
 fn outside(tokens: &[String], at: usize) -> bool {
