@@ -11,8 +11,11 @@ const FOLDERS: [&str; 2] = ["forest", "landscape"];
 
 fn shipped() -> Vec<PathBuf> {
     let of = |folder: &str| {
-        let entries = fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(folder)).unwrap();
-        entries.map(|entry| entry.unwrap().path()).filter(|path| path.extension().is_some_and(|it| it == "toml"))
+        let entries =
+            fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(folder)).unwrap();
+        entries
+            .map(|entry| entry.unwrap().path())
+            .filter(|path| path.extension().is_some_and(|it| it == "toml"))
     };
     let mut paths: Vec<PathBuf> = FOLDERS.into_iter().flat_map(of).collect();
     paths.sort();

@@ -82,7 +82,10 @@ pub fn forest(gpu: &Gpu, stops: impl Fn() -> bool, mut done: impl FnMut(&Row)) -
 
     let (ground, row) = timed("ground", || ground(gpu, &world))?;
     let samples = ground.grid.samples() as u64;
-    forest.tell(Row { count: samples, bytes: Ground::bytes(ground.grid, world.plants.needs()), ..row }, &mut done);
+    forest.tell(
+        Row { count: samples, bytes: Ground::bytes(ground.grid, world.plants.needs()), ..row },
+        &mut done,
+    );
     go_on()?;
 
     let kinds = world.plants.kinds(&models);
@@ -116,7 +119,8 @@ fn timed<T>(name: &'static str, work: impl FnOnce() -> Result<T, Error>) -> Resu
 
 /// The world with its species written into it.
 fn world() -> Result<World, Error> {
-    let document = |text: &str| text.parse::<DocumentMut>().map_err(|error| Error::Document(error.to_string()));
+    let document =
+        |text: &str| text.parse::<DocumentMut>().map_err(|error| Error::Document(error.to_string()));
     let mut world = document(WORLD)?;
     for (name, text) in SPECIES {
         let mut species = document(text)?;

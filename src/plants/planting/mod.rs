@@ -50,9 +50,12 @@ impl Plan {
     /// The plants that have to grow: of each species that a rule plants all variants, as indices of species with the number
     /// of the variant, species by species.
     pub fn variants(&self) -> Vec<(usize, u32)> {
-        let planted = |index: &usize| self.rules.iter().flat_map(|rule| &rule.kinds).any(|(kind, _)| kind == index);
+        let planted =
+            |index: &usize| self.rules.iter().flat_map(|rule| &rule.kinds).any(|(kind, _)| kind == index);
         let species = (0..self.species.len()).filter(planted);
-        species.flat_map(|index| (0..self.species[index].variants).map(move |variant| (index, variant))).collect()
+        species
+            .flat_map(|index| (0..self.species[index].variants).map(move |variant| (index, variant)))
+            .collect()
     }
 
     /// The kinds that rules name, of these models: those of [`Plan::variants`] and [`Plan::models`], in that order.
