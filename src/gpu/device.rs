@@ -429,6 +429,8 @@ fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> 
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
         .dynamic_rendering(true)
         .synchronization2(true)
+        // What `discard` is compiled to; every device with 1.3 has it.
+        .shader_demote_to_helper_invocation(true)
         .maintenance4(true);
     let create = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
