@@ -9,14 +9,14 @@ use serde::Deserialize;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use terrane::core::grid::Grid;
-use terrane::core::mesh::Mesh;
 use terrane::core::memory;
+use terrane::core::mesh::Mesh;
 use terrane::gpu::{Gpu, Image, Options, Recorder, format::R32f};
 use terrane::plants::derive::Limits;
 use terrane::raster::{self, Picture, Quality, Renderer};
 use terrane::scene::{
-    ByHeight, Camera, Film, Ground, Instance, Level, Light, Material, Mixture, Model, Part, Population, Scene, Sea, Sky,
-    Sun, Surface, ToneMap, View,
+    ByHeight, Camera, Film, Ground, Instance, Level, Light, Material, Mixture, Model, Part, Population,
+    Scene, Sea, Sky, Sun, Surface, ToneMap, View,
 };
 use terrane::sky::sun;
 
@@ -135,7 +135,11 @@ fn block(size: Vec3) -> Model {
         }
     }
     let parts = vec![Part { material: 0, mesh }];
-    Model { name: "box".into(), materials: vec![matt("box", 0.5)], levels: vec![Level { detail: 0.0, parts }] }
+    Model {
+        name: "box".into(),
+        materials: vec![matt("box", 0.5)],
+        levels: vec![Level { detail: 0.0, parts }],
+    }
 }
 
 /// A square of one metre that faces upwards, in a model so large that the square takes nothing from its own light.
@@ -154,7 +158,9 @@ fn tablet(material: Material) -> Model {
 fn shadow_of_a_box_lies_where_it_must() {
     let gpu = kit::gpu();
     let size = Vec3::new(2.0, 3.0, 4.0);
-    for (azimuth, elevation, eye) in [(270.0, 0.6f64, 40.0f32), (270.0, 1.1, 400.0), (90.0, 0.35, 40.0), (180.0, 0.8, 90.0)] {
+    for (azimuth, elevation, eye) in
+        [(270.0, 0.6f64, 40.0f32), (270.0, 1.1, 400.0), (90.0, 0.35, 40.0), (180.0, 0.8, 90.0)]
+    {
         let mut scene = plain(&gpu, 200.0, 0.0);
         scene.light.sun = Some(sun_at(azimuth, elevation, 100_000.0));
         scene.population = forest::standing(block(size), [Vec3::ZERO]);
@@ -183,7 +189,10 @@ fn shadow_of_a_box_lies_where_it_must() {
         for aside in [-0.8 * across, 0.0, 0.8 * across] {
             for share in [0.05, 0.3, 0.6, 0.9] {
                 let along = half + margin + share * (length - 2.0 * margin);
-                assert!(light(along, aside) < 0.02, "light {along} m behind the box, {aside} m aside: {elevation}");
+                assert!(
+                    light(along, aside) < 0.02,
+                    "light {along} m behind the box, {aside} m aside: {elevation}"
+                );
             }
             assert!((light(end + margin, aside) - 1.0).abs() < 0.01, "a shadow beyond {end} m: {elevation}");
             assert!((light(-half - margin - 0.3, aside) - 1.0).abs() < 0.01, "a shadow before the box");
@@ -311,9 +320,12 @@ fn ground_mixes_two_materials_by_height() {
         value_factor: 1.0,
     };
     let (low, high) = (tint(0.1, 0.2), tint(0.4, 0.8));
-    for (height, expected) in [(0.0, 0.15), (10.0, 0.15), (14.0, 0.6 * 0.15 + 0.4 * 0.6), (20.0, 0.6), (90.0, 0.6)] {
+    for (height, expected) in
+        [(0.0, 0.15), (10.0, 0.15), (14.0, 0.6 * 0.15 + 0.4 * 0.6), (20.0, 0.6), (90.0, 0.6)]
+    {
         let mut scene = plain(&gpu, 200.0, height);
-        scene.surface.by_height = Some(ByHeight { ground: low, rock: high, rock_start: 10.0, ground_end: 20.0 });
+        scene.surface.by_height =
+            Some(ByHeight { ground: low, rock: high, rock_start: 10.0, ground_end: 20.0 });
         scene.light.sky = Sky::Constant { radiance: [1.0; 3] };
         scene.camera = look(Vec3::new(0.0, height + 10.0, 0.0), Vec3::new(0.0, height, 0.0), 0.1);
         let found = middle(&render(&gpu, &scene, 9, 9, ONE_SAMPLE))[1];
@@ -335,8 +347,11 @@ fn light_under_a_canopy_falls_off_with_its_leaves() {
         let mut mesh = Mesh::default();
         forest::quad(&mut mesh, 20.0 * Vec3::Y, Vec3::Y, Vec3::X, 4.0);
         let parts = vec![Part { material: 0, mesh }];
-        let model =
-            Model { name: "leaf".into(), materials: vec![forest::leaf()], levels: vec![Level { detail: 0.0, parts }] };
+        let model = Model {
+            name: "leaf".into(),
+            materials: vec![forest::leaf()],
+            levels: vec![Level { detail: 0.0, parts }],
+        };
         let places = (0..count * 75 * 75).map(|index| {
             let at = index / count;
             Vec3::new((at % 75) as f32 * 4.0 - 148.0, 0.0, (at / 75) as f32 * 4.0 - 148.0)
@@ -437,11 +452,13 @@ fn levels_of_detail_look_the_same() {
             scene.population = forest::standing(model, [Vec3::ZERO]);
             let target = Vec3::Y * (0.5 * height);
             scene.camera = look(target + Vec3::new(0.0, 0.3 * height, 30.0 * height), target, 0.05);
-            let picture = renderer.render(&scene, &film(96, 96), Quality { samples: 3, tile: 512 }).expect("a picture");
+            let picture =
+                renderer.render(&scene, &film(96, 96), Quality { samples: 3, tile: 512 }).expect("a picture");
             // Light of the plant alone, and how much of the picture it covers: the sky is blue.
             let sky = picture.pixels[0];
             let mean = |of: &dyn Fn(&[f32; 3]) -> f32| {
-                picture.pixels.iter().map(|pixel| f64::from(of(pixel))).sum::<f64>() / picture.pixels.len() as f64
+                picture.pixels.iter().map(|pixel| f64::from(of(pixel))).sum::<f64>()
+                    / picture.pixels.len() as f64
             };
             let bright = mean(&|pixel| pixel[1]);
             let covered = mean(&|pixel| f32::from(u8::from(*pixel != sky && pixel[1] > 0.0)));

@@ -103,8 +103,16 @@ impl Pass {
 }
 
 /// The maps of a picture that shows `shown`, and whose shadows are in them. None without a sun.
-pub fn maps(population: &Population, bounds: &[Sphere], scene: &Scene, camera: &Pinhole, shown: &[Seen]) -> Vec<Map> {
-    let Some(sun) = scene.light.sun.map(|sun| sun.direction).filter(|sun| sun.y > 0.0) else { return Vec::new() };
+pub fn maps(
+    population: &Population,
+    bounds: &[Sphere],
+    scene: &Scene,
+    camera: &Pinhole,
+    shown: &[Seen],
+) -> Vec<Map> {
+    let Some(sun) = scene.light.sun.map(|sun| sun.direction).filter(|sun| sun.y > 0.0) else {
+        return Vec::new();
+    };
     if population.instances.is_empty() {
         return Vec::new();
     }
