@@ -87,16 +87,32 @@ impl Cylinder {
         tube + self.rings.last().map_or(0, |ring| SIDES[ring.sides])
     }
 
-    /// How large a leaf is that covers as much as the branch does, on average over all directions, m²: a quarter of its
-    /// surface is seen (Cauchy), and half of a leaf.
-    pub fn area(&self) -> f64 {
-        let tube = self
-            .rings
-            .windows(2)
-            .map(|pair| area(pair[0].centre, pair[1].centre, pair[0].radius + pair[1].radius));
-        let point =
-            self.rings.last().zip(self.point).map(|(ring, point)| area(ring.centre, point, ring.radius));
-        tube.chain(point).sum()
+    /// How large a leaf is that covers as much as the branch does if it is drawn `widening` times as thick, on average over
+    /// all directions, m²: a quarter of its surface is seen (Cauchy), and half of a leaf.
+    pub fn area(&self, widening: f64) -> f64 {
+        let radius = |ring: &Ring| widening * ring.radius;
+        let tube = self.rings.windows(2).map(|pair| {
+            let [from, to] = [&pair[0], &pair[1]];
+            let lean = apothem(from.sides) * (radius(from) - radius(to));
+            slanting(radius(from) + radius(to), from.centre.distance(to.centre), lean)
+        });
+        let end = self.rings.last().map(|ring| {
+            let height = self.point.map_or(BULGE * 2.0 * radius(ring), |point| ring.centre.distance(point));
+            slanting(radius(ring), height, apothem(ring.sides) * radius(ring))
+        });
+        tube.chain(end).sum()
+    }
+
+    /// How many times as thick it is that covers as much as a leaf of `area` m².
+    pub fn widening(&self, area: f64) -> f64 {
+        let mut widening = 1.0;
+        // Its area grows with a power of its thickness between 1 (a thin one's) and 2 (its ends'): at the power of 3/2 each
+        // step leaves a third of the error, in log space, or less.
+        for _ in 0..12 {
+            let ratio = area / self.area(widening);
+            widening *= libm::cbrt(ratio * ratio);
+        }
+        widening
     }
 
     /// Adds it to a mesh, `widening` times as thick. Texture coordinates are 0…1 around and metres along.
@@ -250,9 +266,16 @@ fn turn(vector: DVec3, from: DVec3, to: DVec3) -> DVec3 {
     turned.reject_from_normalized(to).try_normalize().unwrap_or_else(|| to.any_orthonormal_vector())
 }
 
-/// What [`Cylinder::area`] says of a piece: π · mean radius · length, where `radii` is the sum of both radii.
-fn area(from: DVec3, to: DVec3, radii: f64) -> f64 {
-    PI / 2.0 * radii * from.distance(to)
+/// What [`Cylinder::area`] says of a piece of a cone or pyramid: half its surface, where `radii` is the sum of both radii,
+/// `height` how far they are apart, and `lean` how much nearer to the axis a side's middle gets.
+fn slanting(radii: f64, height: f64, lean: f64) -> f64 {
+    PI / 2.0 * radii * (height * height + lean * lean).sqrt()
+}
+
+/// Distance of a ring's sides from its centre, by its radius. See [`RINGS`].
+fn apothem(sides: usize) -> f64 {
+    let half = PI / SIDES[sides] as f64;
+    half / libm::tan(half)
 }
 
 /// The fewest sides that are within `tolerance` of a circle.
@@ -280,15 +303,28 @@ fn rings(axis: &[Node]) -> Option<Vec<Ring>> {
 /// more than `tolerance`. Widths follow a curve too, but don't leave the bounds of their segment.
 fn smooth(rings: &[Ring], tolerance: f64) -> Vec<Ring> {
     let chord = |index: usize| rings[index + 1].centre - rings[index].centre;
-    let growth = |index: usize| (rings[index + 1].radius - rings[index].radius) / chord(index).length();
     let last = rings.len() - 1;
-    // Change of place and of radius by length, at a node: from the parabola through it and its neighbours.
-    let tangent = |node: usize| {
-        let (before, after) = (node.saturating_sub(1), node.min(last - 1));
-        let (from, to) = (chord(before), chord(after));
-        let share = from.length() / (from.length() + to.length());
-        let direction = from.normalize().lerp(to.normalize(), share);
-        (direction, growth(before) + share * (growth(after) - growth(before)))
+    // Change of place and of radius by length: of a chord …
+    let straight = |index: usize| {
+        let length = chord(index).length();
+        (chord(index) / length, (rings[index + 1].radius - rings[index].radius) / length)
+    };
+    // … and at a node, from the parabola through it and its neighbours; at an end from that through the three last nodes
+    // (Bessel's tangents; de Boor 1978, "A Practical Guide to Splines", chapter IV).
+    let inner = |node: usize| {
+        let [(from, from_growth), (to, to_growth)] = [straight(node - 1), straight(node)];
+        let [before, after] = [node - 1, node].map(|index| chord(index).length());
+        let share = before / (before + after);
+        (from.lerp(to, share), from_growth + share * (to_growth - from_growth))
+    };
+    let outer = |(direction, growth): (DVec3, f64), (inner, inner_growth): (DVec3, f64)| {
+        (2.0 * direction - inner, 2.0 * growth - inner_growth)
+    };
+    let tangent = |node: usize| match node {
+        _ if last == 1 => straight(0),
+        0 => outer(straight(0), inner(1)),
+        _ if node == last => outer(straight(last - 1), inner(last - 1)),
+        _ => inner(node),
     };
     let mut curve = Vec::with_capacity(rings.len());
     for index in 0..last {

@@ -36,7 +36,7 @@ pub fn levels(body: &Body) -> Vec<Level> {
     let whole = whole(body, roundness);
     let finest = whole.triangles() as f64;
 
-    let elements = elements(body, least, most);
+    let elements = elements(body, roundness, least, most);
     let area: f64 = elements.iter().map(|element| element.area).sum();
     let mut levels = vec![whole];
     let mut budget = finest / REDUCTION;
@@ -97,7 +97,7 @@ fn coarse(body: &Body, elements: &[Element], budget: f64, detail: f64, shape: Sh
             let Some(Drawn { element, cylinder, .. }) = chosen else { continue };
             match (element.kind, cylinder) {
                 (Kind::Stem(_), Some(cylinder)) => {
-                    cylinder.draw(area / cylinder.area(), meshes.of(element.material));
+                    cylinder.draw(cylinder.widening(area), meshes.of(element.material));
                 }
                 (Kind::Leaf(index), _) => {
                     let leaf = &body.leaves[index];
@@ -149,13 +149,13 @@ impl Element {
 }
 
 /// All that a body consists of, group by group along the curve.
-fn elements(body: &Body, least: DVec3, most: DVec3) -> Vec<Element> {
+fn elements(body: &Body, roundness: f64, least: DVec3, most: DVec3) -> Vec<Element> {
     let cells = f64::from(1 << CURVE_BITS) - 1.0;
     let size = (most - least).max_element().max(f64::MIN_POSITIVE);
     let order = |centre: DVec3| hilbert(((centre - least) / size * cells).as_uvec3());
 
     let stem = |(index, stem): (usize, &super::Stem)| {
-        let area = Cylinder::coarse(&stem.nodes, 0.0)?.area();
+        let area = Cylinder::whole(&stem.nodes, roundness)?.area(1.0);
         let (first, last) = (stem.nodes.first()?.position, stem.nodes.last()?.position);
         Some((Kind::Stem(index), stem.material, (first + last) / 2.0, area))
     };
