@@ -13,7 +13,7 @@ use std::time::{Duration, SystemTime};
 use tempfile::TempDir;
 use terrane::core::hash::mix;
 use terrane::formats::sealed;
-use terrane::gpu::{Gpu, PingPong, Recorder, Transfer};
+use terrane::gpu::{DeviceKind, Gpu, PingPong, Recorder, Transfer};
 use terrane::terrain::hydraulic::Transport;
 use terrane::terrain::thermal::Settle;
 use terrane::terrain::{Boundary, Controls, Layer, Map, Plan, Simulation};

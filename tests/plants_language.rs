@@ -583,6 +583,14 @@ fn random_grammars_are_of_all_kinds() {
     );
 }
 
+#[test]
+fn a_word_that_differs_in_the_sign_of_a_zero_is_another() {
+    let grammar = Grammar::parse("axiom A(0)\nA(x) -> A(-x)", "").unwrap();
+    let mut derivation = Derivation::new(&grammar, 1, &Limits::default()).unwrap();
+    assert_eq!(derivation.step().unwrap(), Change::Changed);
+    assert_eq!(derivation.word().to_string(), "A(-0)");
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 3000, ..ProptestConfig::default() })]
 

@@ -125,7 +125,6 @@ const ONLY_THE_PROGRAM: &[&str] = &[
     "plants_shares_zero",
     "plants_too_dense",
     "plants_unknown_species",
-    "plants_without_species",
     "power_first",
     "power_without_cone",
     "reef_in_the_open_ocean",

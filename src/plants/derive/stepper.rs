@@ -4,6 +4,7 @@ use super::context::{self, Neighbours};
 use super::word::{self, Word};
 use super::{Error, Limits, Problem};
 use crate::plants::grammar::{CLOSE, CUT, Chance, Grammar, LetterId, OPEN, Rule, Undefined};
+use bytemuck::cast_slice;
 use std::ops::Range;
 
 /// A derivation, step by step.
@@ -136,7 +137,9 @@ impl<'a> Derivation<'a> {
         self.step = self.step.saturating_add(1);
         let plan = self.plan()?;
         let next = self.write(&plan)?;
-        let changed = next.letters != self.word.letters || next.parameters != self.word.parameters;
+        // 0 and −0 are equal, but not the same.
+        let [before, after] = [&self.word, &next].map(|word| cast_slice::<f64, u64>(&word.parameters));
+        let changed = next.letters != self.word.letters || after != before;
         self.word = next;
         Ok(if changed || plan.random { Change::Changed } else { Change::Done })
     }
