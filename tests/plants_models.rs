@@ -382,7 +382,8 @@ fn levels_keep_what_they_are_made_of() {
         let finest = areas(&model.levels[0], model.materials.len());
         let triangles: Vec<usize> = model.levels.iter().map(Level::triangles).collect();
         assert!(triangles.windows(2).all(|pair| pair[1] * 2 < pair[0]), "{name}: {triangles:?}");
-        assert!(*triangles.last().unwrap() <= 300, "{name}: {triangles:?}");
+        // A level that may have 240 would have another after it; a third more is for branches that take more than their share.
+        assert!(*triangles.last().unwrap() <= 320, "{name}: {triangles:?}");
         let details = model.levels.windows(2);
         assert!(details.into_iter().all(|pair| pair[0].detail < pair[1].detail), "{name}");
         assert_eq!(model.levels[0].detail, 0.0);

@@ -97,10 +97,10 @@ fn coarse(body: &Body, elements: &[Element], budget: f64, detail: f64, shape: Sh
             let Some(Drawn { element, cylinder, .. }) = chosen else { continue };
             match (element.kind, cylinder) {
                 (Kind::Stem(_), Some(cylinder)) => {
-                    // Towards the middle of those that it stands for, where leaves hide it as they do them, but by no more than it
-                    // grows.
+                    // Towards the middle of those that it stands for, where leaves hide it as they do them, but by half of what it
+                    // grows at most.
                     let widening = cylinder.widening(area);
-                    let grown = ((widening - 1.0) * cylinder.radius()).max(0.0);
+                    let grown = (0.5 * (widening - 1.0) * cylinder.radius()).max(0.0);
                     let moved = cylinder.moved((centre - element.centre).clamp_length_max(grown));
                     moved.draw(widening, meshes.of(element.material));
                 }
@@ -205,7 +205,8 @@ fn gather<'a>(group: &'a [Drawn<'a>], share: f64) -> Vec<Vec<&'a Drawn<'a>>> {
         .filter(|drawn| drawn.cylinder.is_some())
         .max_by(|one, other| one.element.area.total_cmp(&other.element.area));
     let stays = |drawn: &&Drawn| {
-        drawn.element.area >= drawn.triangles * share || trunk.is_some_and(|trunk| std::ptr::eq(trunk, *drawn))
+        drawn.element.area >= drawn.triangles * share
+            || trunk.is_some_and(|trunk| std::ptr::eq(trunk, *drawn))
     };
     let (large, small): (Vec<_>, Vec<_>) = group.iter().partition(stays);
     let mut runs: Vec<Vec<&Drawn>> = large.into_iter().map(|drawn| vec![drawn]).collect();
