@@ -211,26 +211,22 @@ fn gather<'a>(group: &'a [Drawn<'a>], share: f64) -> Vec<Vec<&'a Drawn<'a>>> {
     let (large, small): (Vec<_>, Vec<_>) = group.iter().partition(stays);
     let mut runs: Vec<Vec<&Drawn>> = large.into_iter().map(|drawn| vec![drawn]).collect();
 
-    // A run is full when it is as large as what the triangles of its largest stand for.
-    let mut run: Vec<&Drawn> = Vec::new();
-    let (mut area, mut largest) = (0.0, 0.0);
-    let mut enough = 0.0;
+    // How many elements as large as this one it takes to be worth its triangles, inverted.
+    let worth = |drawn: &Drawn| drawn.element.area / (drawn.triangles * share);
+    let total: f64 = small.iter().map(|drawn| worth(drawn)).sum();
+    let step = total / total.round().max(1.0);
+    let (mut filled, mut full) = (0.0, step);
+    let mut run = Vec::new();
     for drawn in small {
-        area += drawn.element.area;
-        if drawn.element.area > largest {
-            (largest, enough) = (drawn.element.area, drawn.triangles * share);
-        }
+        filled += worth(drawn);
         run.push(drawn);
-        if area >= enough {
+        if filled >= full {
             runs.push(std::mem::take(&mut run));
-            (area, largest, enough) = (0.0, 0.0, 0.0);
+            full += step;
         }
     }
-    match runs.last_mut() {
-        // What is left over is worth an element of its own, or goes to its neighbours.
-        Some(last) if area < enough / 2.0 && last.len() > 1 => last.append(&mut run),
-        _ if !run.is_empty() => runs.push(run),
-        _ => {}
+    if !run.is_empty() {
+        runs.push(run);
     }
     runs
 }
