@@ -479,10 +479,12 @@ fn levels_of_detail_look_the_same() {
         let (bright, covered) = draw(0);
         for index in 1..model.levels.len() {
             let (light, cover) = draw(index);
-            eprintln!("{name} {index}: {:.3} {:.3}", light / bright, cover / covered);
-            if true { continue; }
-            assert!((light / bright - 1.0).abs() < 0.1, "{name}, level {index}: {light} cd/m² of {bright}");
-            assert!((cover / covered - 1.0).abs() < 0.15, "{name}, level {index}: {cover} of {covered}");
+            // A tenth that the method loses or gains, and a standard deviation of what few triangles show by chance: that of
+            // |cos| over all directions is 0.58 of its mean, and light has two of them, of the sun and of the eye.
+            let chance = 1.0 / (model.levels[index].triangles() as f64).sqrt();
+            let [light, cover] = [light / bright - 1.0, cover / covered - 1.0];
+            assert!(light.abs() < 0.1 + chance, "{name}, level {index}: {light:+.3} of the light");
+            assert!(cover.abs() < 0.1 + 0.58 * chance, "{name}, level {index}: {cover:+.3} of the cover");
         }
     }
 }

