@@ -160,7 +160,9 @@ fn a_cliff_is_overshot_by_little() {
 
 #[test]
 fn ramps_rise_and_fall() {
-    let cases: &[(&[f32], &[(f32, f32)])] = &[
+    /// A ramp's numbers, and its values at some places.
+    type Case = (&'static [f32], &'static [(f32, f32)]);
+    let cases: &[Case] = &[
         (&[2.0, 6.0], &[(-9.0, 0.0), (2.0, 0.0), (3.0, 0.25), (6.0, 1.0), (1e9, 1.0)]),
         (&[35.0, 25.0], &[(0.0, 1.0), (25.0, 1.0), (30.0, 0.5), (35.0, 0.0), (90.0, 0.0)]),
         (&[1.0, 2.0, 4.0, 8.0], &[(0.5, 0.0), (1.5, 0.5), (3.0, 1.0), (5.0, 0.75), (8.0, 0.0), (9.0, 0.0)]),
@@ -435,7 +437,7 @@ fn what_is_shaded_dies_unless_it_stands_it() {
     let oaks = rule(OAK, dense(14.0));
     let shrubs = |shade| Rule { shade, seed: 9, ..rule(SHRUB, dense(3.0)) };
     let alone = plant(&[shrubs(0.0)], &ground);
-    let trees = plant(&[oaks.clone()], &ground);
+    let trees = plant(std::slice::from_ref(&oaks), &ground);
     let distance =
         |shrub: &Instance| trees.iter().map(|oak| at(oak).distance(at(shrub))).fold(f32::INFINITY, f32::min);
     let count = |plants: &[Instance], range: std::ops::Range<f32>| {

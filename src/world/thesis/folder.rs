@@ -40,7 +40,7 @@ pub enum Contents {
 }
 
 impl Folder {
-    /// Reads the settings in a folder: files that end in `.conf`, and all in [`FOLDERS`]. Hidden files and those of
+    /// Reads the settings in a folder: files that end in `.conf`, and all in its folders of leaves, materials, plants, spawners and trees. Hidden files and those of
     /// editors (`name~`) are passed over.
     ///
     /// # Errors
