@@ -722,9 +722,12 @@ fn too_many_are_refused_before_they_are_planted() {
     }
     // A narrow site asks for few plants and yet for places everywhere.
     let narrow = Site { patches: Some(Patches::new(1, 1e4, 0.0)), ..Site::default() };
-    let rules = [on(narrow, rule_of(scatter(1.0, 0.1)))];
-    let error = Planter::new(&rules, &kinds, &ground, &camera).step().unwrap_err();
-    assert!(matches!(error, Error::TooFine { cells: 1_000_000_000.., .. }), "{error}");
+    // So does cover that thins out at once.
+    let sparse = Places::Cover(Cover { density: 1e4, near: 0.1, reach: 1e5 });
+    for rule in [on(narrow, rule_of(scatter(1.0, 0.1))), rule_of(sparse)] {
+        let error = Planter::new(&[rule], &kinds, &ground, &camera).step().unwrap_err();
+        assert!(matches!(error, Error::TooFine { cells: 1_000_000_000.., .. }), "{error}");
+    }
 }
 
 fn rule_of(places: Places) -> Rule {

@@ -181,6 +181,17 @@ fn a_value_may_stand_on_the_next_line_and_names_in_any_order() {
     assert_eq!(thesis::convert(&windows).unwrap().text, thesis::convert(&settings).unwrap().text);
 }
 
+/// Names of files stand in the converted text: one must not go on in the next line.
+#[cfg(unix)]
+#[test]
+fn names_of_files_are_names() {
+    let folder = tempfile::tempdir().unwrap();
+    write(&small(), folder.path());
+    fs::write(folder.path().join("trees/a\nseed = 3\n#.lsys"), "").unwrap();
+    let error = Folder::read(folder.path()).unwrap_err().to_string();
+    assert!(error.contains("rename or remove it"), "{error}");
+}
+
 // What it becomes ----------------------------------------------------------------------------------------------------
 
 #[test]

@@ -100,7 +100,8 @@ impl Body {
 
     /// Of its leaves, one-sided, m².
     pub fn leaf_area(&self) -> f64 {
-        self.leaves.iter().map(|leaf| self.area(leaf)).sum()
+        // From 0 on: the sum of nothing is −0.
+        self.leaves.iter().fold(0.0, |sum, leaf| sum + self.area(leaf))
     }
 
     pub fn area(&self, leaf: &Leaf) -> f64 {

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 /// Most vertices of a polygon: time grows with their square.
-pub const MAX_VERTICES: usize = 10_000;
+pub const MAX_VERTICES: usize = 1000;
 
 /// Half the sum of the cross products along the outline (Newell's method): as long as the area that the polygon
 /// encloses in the plane across it, and standing on the side from which the outline runs counter-clockwise.

@@ -5,7 +5,7 @@
 //! also stands for the square, and so on upwards. So what is left far away is spread as evenly as what stands near.
 
 use super::random::Random;
-use super::{Plant, Planter, Rule};
+use super::{Error, Plant, Planter, Rule};
 use crate::core::camera::Pinhole;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -29,6 +29,8 @@ const SHADOW: f32 = 4.0;
 const JITTER: f32 = 0.8;
 /// Levels of the quadtree below a square of the first one.
 const LEVELS: u32 = 6;
+/// Most squares of the first level within reach.
+const MOST_SQUARES: u64 = 1 << 22;
 
 impl Cover {
     /// Share of the plants at this distance from the camera that is seen.
@@ -46,11 +48,16 @@ impl Cover {
     }
 }
 
-pub fn plant(rule: &Rule, cover: &Cover, planter: &Planter) -> Vec<Plant> {
+pub fn plant(rule: &Rule, cover: &Cover, planter: &Planter) -> Result<Vec<Plant>, Error> {
     let tree = Tree { seed: rule.seed, cell: 1.0 / cover.density.sqrt() };
     let eye = Vec2::new(planter.camera.eye.x, planter.camera.eye.z);
     let side = tree.side(LEVELS);
     let [first, last] = [eye - cover.reach, eye + cover.reach].map(|at| (at / side).floor());
+    let across = (last - first).as_dvec2() + 1.0;
+    let cells = (across.x * across.y) as u64;
+    if cells > MOST_SQUARES {
+        return Err(Error::TooFine { rule: rule.name.clone(), cells, most: MOST_SQUARES });
+    }
     let columns = first.x as i32..last.x as i32 + 1;
     let squares: Vec<[i32; 2]> = (first.y as i32..last.y as i32 + 1)
         .flat_map(|row| columns.clone().map(move |column| [column, row]))
@@ -67,7 +74,7 @@ pub fn plant(rule: &Rule, cover: &Cover, planter: &Planter) -> Vec<Plant> {
         });
         plants
     };
-    squares.into_par_iter().map(square).collect::<Vec<_>>().concat()
+    Ok(squares.into_par_iter().map(square).collect::<Vec<_>>().concat())
 }
 
 /// The plant of a cell, if there is one and the camera may see it.

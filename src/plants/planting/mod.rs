@@ -114,7 +114,7 @@ pub enum Error {
     TooMany { rule: String, count: u64, most: u64 },
 
     #[error(
-        "`{rule}` looks for places in {cells} cells of the ground, and may in {most}; give it more spacing"
+        "`{rule}` looks for places in {cells} cells of the ground, and may in {most}; give it more spacing, or less reach and density"
     )]
     TooFine { rule: String, cells: u64, most: u64 },
 }
@@ -184,7 +184,7 @@ impl<'a> Planter<'a> {
         self.check(rule, rule.predict(self.ground))?;
         let plants = match &rule.places {
             Places::Scatter(scatter) => scatter::plant(rule, scatter, self)?,
-            Places::Cover(cover) => cover::plant(rule, cover, self),
+            Places::Cover(cover) => cover::plant(rule, cover, self)?,
             Places::Grid(grid) => grid::plant(rule, grid, self),
             Places::Spots(spots) => spots::plant(rule, spots, self),
         };

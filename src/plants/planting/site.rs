@@ -59,7 +59,7 @@ impl Site {
             &|| ramp(&self.water, &|| ground.to_water_at(at)),
             &|| self.mask.as_ref().map_or(1.0, |mask| mask.at(share_of(ground, at)).clamp(0.0, 1.0)),
             &|| self.patches.as_ref().map_or(1.0, |patches| patches.at(at)),
-            &|| ramp(&self.slope, &|| ground.gradient(at).length().atan()),
+            &|| ramp(&self.slope, &|| libm::atanf(ground.gradient(at).length())),
         ];
         let mut density = 1.0;
         for factor in factors {
@@ -73,7 +73,8 @@ impl Site {
 
     /// Whether plants can stand where the ground's samples lie between these heights.
     pub fn is_possible(&self, ground: &Ground, [least, greatest]: [f32; 2]) -> bool {
-        let margin = OVERSHOOT * (greatest - least);
+        // Along rows first, and then across what these made of it.
+        let margin = OVERSHOOT * (2.0 + 2.0 * OVERSHOOT) * (greatest - least);
         let [least, greatest] = [least - margin, greatest + margin].map(|height| height - ground.sea_level);
         // Rivers lie above the sea.
         let under_water = self.footing == Footing::Land && greatest <= 0.0;

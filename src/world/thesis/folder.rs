@@ -40,8 +40,8 @@ pub enum Contents {
 }
 
 impl Folder {
-    /// Reads the settings in a folder: files that end in `.conf`, and all in its folders of leaves, materials, plants, spawners and trees. Hidden files and those of
-    /// editors (`name~`) are passed over.
+    /// Reads the settings in a folder: files that end in `.conf`, and all in its folders of leaves, materials, plants,
+    /// spawners and trees. Hidden files and those of editors (`name~`) are passed over.
     ///
     /// # Errors
     /// When the folder itself, or one in it, can't be read or holds too much. What is wrong with a file is kept in its
@@ -98,6 +98,10 @@ fn entries(path: &Path, most: usize) -> Result<Vec<OsString>, formats::Error> {
     let mut names = Vec::new();
     for entry in fs::read_dir(path).map_err(failed)? {
         let name = entry.map_err(failed)?.file_name();
+        if name.to_string_lossy().contains(char::is_control) {
+            let reason = format!("{name:?} in it is no name of a file of settings: rename or remove it");
+            return Err(failed(io::Error::new(io::ErrorKind::InvalidData, reason)));
+        }
         if !passed_over(&name) {
             names.push(name);
         }
