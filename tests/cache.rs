@@ -452,12 +452,12 @@ fn an_interrupted_run_goes_on_where_it_was() {
         // Twice, as `timeout` does: to the process, and to the group it is in.
         let signals = format!("kill -{signal} {0}; kill -{signal} {0}", child.id());
         assert!(Command::new("sh").args(["-c", &signals]).status().unwrap().success());
-        let code = child.wait().unwrap().code();
-        if begins == 0 && code == Some(0) {
+        let ended = child.wait().unwrap().code();
+        if begins == 0 && ended == Some(0) {
             // It was faster.
             continue;
         }
-        assert_eq!(code, Some(130));
+        assert_eq!(ended, Some(130));
         let said = lines.find(|line| line.as_ref().unwrap().starts_with("error")).unwrap().unwrap();
         assert_eq!(
             said,
