@@ -6,7 +6,7 @@ use crate::core::hash::derive_seed;
 use crate::core::memory::mebibytes;
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f};
 use crate::plants::derive::Limits;
-use crate::plants::planting::{Ground, Kind, Planter};
+use crate::plants::planting::{Ground, Kind, MOST_PLANTS, PLANT_BYTES, Planter};
 use crate::scene::{Camera, Film, Instance, Model, Population, View};
 use crate::terrain::{Layer, Simulation};
 use crate::world::World;
@@ -32,7 +32,9 @@ pub fn populate(
     let (kinds, mut models) = grow(world, session)?;
     let ground = ground(gpu, world, simulation)?;
     let camera = pinhole(camera, film, &ground);
-    let mut planter = Planter::new(rules, &kinds, &ground, &camera);
+    // No more than this machine has room for.
+    let room = gpu::free_ram().map_or(u64::MAX, |bytes| bytes / PLANT_BYTES);
+    let mut planter = Planter::new(rules, &kinds, &ground, &camera).at_most(room.min(MOST_PLANTS));
     loop {
         let (done, of) = planter.progress();
         session.progress.show("planting", done as u64, of as u64);
