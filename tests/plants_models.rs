@@ -6,9 +6,10 @@ use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 use terrane::core::mesh::Mesh;
 use terrane::plants::derive::Limits;
-use terrane::plants::mesh::{Blade, Body, Cylinder, Leaf, Shape, Stem, levels, triangulate, vector_area};
+use terrane::plants::mesh::{Blade, Body, Cylinder, Leaf, Shape, Stem, levels, triangulate};
 use terrane::plants::species::Species;
 use terrane::plants::turtle::Node;
+use terrane::plants::turtle::vector_area;
 use terrane::scene::{Level, Model};
 
 // Measures of meshes -------------------------------------------------------------------------------------------------

@@ -526,7 +526,9 @@ fn command(how: &Interpretation, symbol: char) -> Command {
     }
 }
 
-fn vector_area(vertices: &[DVec3]) -> DVec3 {
+/// Half the sum of the cross products along the outline of a polygon (Newell's method): as long as the area that it
+/// encloses in the plane across it, and standing on the side from which the outline runs counter-clockwise.
+pub fn vector_area(vertices: &[DVec3]) -> DVec3 {
     let Some((&first, rest)) = vertices.split_first() else { return DVec3::ZERO };
     rest.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum::<DVec3>() / 2.0
 }

@@ -10,7 +10,7 @@ pub use blade::{Blade, Shape};
 pub use body::{Body, Leaf, REACH, Stem};
 pub use cylinder::Cylinder;
 pub use levels::levels;
-pub use polygon::{MAX_VERTICES, triangulate, vector_area};
+pub use polygon::{MAX_VERTICES, triangulate};
 
 /// Why a drawing does not become triangles.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
