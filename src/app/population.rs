@@ -1,7 +1,7 @@
 //! From a world and its finished land to all that stands on it.
 
 use super::{Error, Session, interrupt};
-use crate::core::camera::Pinhole;
+use crate::core::camera::{Pinhole, direction};
 use crate::core::hash::derive_seed;
 use crate::core::memory::mebibytes;
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f};
@@ -10,7 +10,6 @@ use crate::plants::planting::{Ground, Kind, MOST_PLANTS, PLANT_BYTES, Planter};
 use crate::scene::{Camera, Film, Instance, Model, Population, View};
 use crate::terrain::{Layer, Simulation};
 use crate::world::World;
-use glam::Vec3;
 use rayon::prelude::*;
 use std::sync::Arc;
 
@@ -133,9 +132,7 @@ fn pinhole(camera: &Camera, film: &Film, ground: &Ground) -> Pinhole {
     match camera.view {
         View::LookAt { position, target } => Pinhole::look_at(position, target, camera.fov, aspect),
         View::FrameIsland { azimuth, elevation, distance } => {
-            let level = elevation.cos();
-            let towards_camera = Vec3::new(azimuth.sin() * level, elevation.sin(), -azimuth.cos() * level);
-            Pinhole::frame(&ground.land(), -towards_camera, distance, camera.fov, aspect)
+            Pinhole::frame(&ground.land(), -direction(azimuth, elevation), distance, camera.fov, aspect)
         }
     }
 }

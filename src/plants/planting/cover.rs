@@ -44,7 +44,7 @@ impl Cover {
     pub fn predict(&self) -> f64 {
         let Cover { density, near, reach } = *self;
         let [density, near, reach] = [density, near.min(reach), reach].map(f64::from);
-        density * std::f64::consts::PI * near.powi(2) * (1.0 + 2.0 * (reach / near).ln())
+        density * std::f64::consts::PI * near.powi(2) * (1.0 + 2.0 * libm::log(reach / near))
     }
 }
 
