@@ -635,6 +635,30 @@ fn the_grid_goes_with_the_camera() {
     assert_count(plant(&[Rule { places: Places::Grid(half), ..rule }], &ground).len(), 1800.0);
 }
 
+/// A grid much larger than the terrain, at a corner of it: cells without ground cost nothing, and the others have the plants
+/// that they have anyway.
+#[test]
+fn the_grid_ends_where_the_terrain_does() {
+    let cells = [10_000, 9_999];
+    let grid =
+        planting::Grid { offset: vec2(80.0, -90.0), cells, cell_size: 5.0, probability: 1.0, jitter: 1.0 };
+    let rule = rule(OAK, Places::Grid(grid));
+    let ground = level(200.0);
+    let found = plant(std::slice::from_ref(&rule), &ground);
+    // One a cell, wherever in it.
+    assert_count(found.len(), 1600.0);
+    assert!(rule.predict(&ground) < 1800.0, "{}", rule.predict(&ground));
+    // To the edges of the terrain, on all sides of which there is more of the grid.
+    for axis in [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y] {
+        let along = |plant: &Instance| at(plant).dot(axis);
+        assert!(found.iter().all(|plant| along(plant) <= 100.0));
+        assert_count(found.iter().filter(|plant| along(plant) > 95.0).count(), 40.0);
+    }
+    // Without a size all cells are one place.
+    let none = planting::Grid { offset: Vec2::ZERO, cells: [7, 5], cell_size: 0.0, ..grid };
+    assert_eq!(plant(&[Rule { places: Places::Grid(none), ..rule }], &ground).len(), 35);
+}
+
 // Sameness and limits ------------------------------------------------------------------------------------------------
 
 fn everything() -> Vec<Rule> {
@@ -642,7 +666,15 @@ fn everything() -> Vec<Rule> {
     let rivals =
         Places::Scatter(Scatter { rivalry: Rivalry::Size, spacing: 4.0, density: Scatter::densest(4.0) });
     let shrubs = Rule { shade: 0.4, scale: [0.4, 1.6], seed: 3, ..rule(SHRUB, rivals) };
-    vec![rule(OAK, dense(9.0)), on(patches, shrubs), cover(8.0, 10.0, 80.0)]
+    let grid = planting::Grid {
+        offset: vec2(9.0, 4.0),
+        cells: [40, 30],
+        cell_size: 7.0,
+        probability: 0.7,
+        jitter: 0.8,
+    };
+    let grid = Rule { shade: 0.5, scale: [0.3, 1.0], ..rule(SHRUB, Places::Grid(grid)) };
+    vec![rule(OAK, dense(9.0)), on(patches, shrubs), grid, cover(8.0, 10.0, 80.0)]
 }
 
 #[test]

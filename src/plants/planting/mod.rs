@@ -144,7 +144,7 @@ impl Rule {
         match &self.places {
             Places::Scatter(scatter) => scatter::predict(self, scatter, ground),
             Places::Cover(cover) => cover.predict(),
-            Places::Grid(grid) => grid.predict(),
+            Places::Grid(grid) => grid.predict(ground.grid.extent),
             Places::Spots(spots) => spots.len() as f64,
         }
     }
