@@ -117,14 +117,16 @@ pub fn load(path: &Path, overrides: &Overrides) -> Result<World, Error> {
 
 /// A folder is a world file that nobody has written down, and read as such.
 fn load_folder(path: &Path, overrides: &Overrides) -> Result<World, Error> {
-    let thesis::Converted { text, photo } = thesis::read(path)?;
+    let thesis::Converted { text, photo, mut warnings } = thesis::read(path)?;
     let name = format!("{} as a world file", path.display());
     let world = parse(&name, text.as_bytes(), path, overrides)?;
+    warnings.extend(world.warnings);
     let whole = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     Ok(World {
         name: whole.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.into(),
         photo: Some(path.join("photos").join(format!("{photo}.exr"))),
+        warnings,
         ..world
     })
 }

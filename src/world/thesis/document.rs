@@ -4,6 +4,7 @@ use super::files::{Generator, Material, Sky};
 use super::folder::Folder;
 use super::settings::{Named, Settings};
 use super::species::{self, Species};
+use crate::world::keys::NO_SEA;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -12,6 +13,17 @@ const FOV: f64 = 53.13;
 
 /// Power of a sun that is as strong as the model's.
 const FULL_SUN: f64 = 1e5;
+
+/// What a world file has no place for, one sentence each.
+pub fn warnings(settings: &Settings) -> Vec<String> {
+    let color = settings.sky.sun_color;
+    let left_out = format!(
+        "sky.conf: `SunColor` {} is left out: the sun has the colour that the model gives it, by its height and `Turbidity`; \
+         `SunColor 1 1 1` says so, and `sun.direct.irradiance` in a world file gives it another",
+        words(color)
+    );
+    if color == [1.0; 3] { Vec::new() } else { vec![left_out] }
+}
 
 pub fn write(folder: &Folder, settings: &Settings) -> String {
     let species = species::write(settings);
@@ -84,9 +96,9 @@ fn terrain(settings: &Settings) -> String {
          extent = {}\n\
          layers = [{{ diamond_square = {{ n = {n}, init_height = {}, spread = {}, reduction = {} }} }}]\n\
          \n\
-         # There is no sea: it lies far below.\n\
+         # There is no sea.\n\
          [sea]\n\
-         level = -20000\n",
+         level = {NO_SEA}\n",
         terrain.size, terrain.init_height, terrain.spread, terrain.spread_reduction_rate
     )
 }
@@ -125,7 +137,7 @@ pub fn material(material: &Material) -> String {
 fn light(settings: &Settings) -> String {
     let sky = &settings.sky;
     format!(
-        "# sky.conf: SunColor {} and SunPower {} are the sun's, as the model has it.\n\
+        "# sky.conf: SunColor {} is left out, the sun has the model's; SunPower {} is in the exposure.\n\
          [sky.preetham]\n\
          turbidity = {}\n\
          clouds = 0\n\
@@ -156,7 +168,8 @@ fn utc_offset(sky: &Sky) -> f64 {
 fn camera(settings: &Settings) -> String {
     let camera = &settings.camera;
     let [east, _, south] = camera.look_direction;
-    let azimuth = east.atan2(-south).to_degrees();
+    let edge_offset = camera.edge_min_offset.min(settings.terrain.size / 2.0);
+    let azimuth = libm::atan2(east, -south).to_degrees();
     format!(
         "# camera.conf\n\
          [camera]\n\
@@ -166,9 +179,9 @@ fn camera(settings: &Settings) -> String {
          height = {}\n\
          azimuth = {azimuth}\n\
          distance = {}\n\
-         edge_offset = {}\n\
+         edge_offset = {edge_offset}\n\
          expected_height = {}\n",
-        camera.look_height, camera.look_distance, camera.edge_min_offset, camera.expected_position_y
+        camera.look_height, camera.look_distance, camera.expected_position_y
     )
 }
 

@@ -8,11 +8,13 @@ mod growth;
 mod mistakes;
 mod parameters;
 mod productions;
+mod reference;
 mod settings;
 mod species;
 mod tokens;
 
 pub use folder::{Contents, Folder, MAX_FILE};
+pub use reference::reference;
 
 use super::Error;
 use std::path::Path;
@@ -24,6 +26,8 @@ pub struct Converted {
     pub text: String,
     /// Name of its picture, without folder and ending.
     pub photo: String,
+    /// What it could not say in a world file, one sentence each.
+    pub warnings: Vec<String>,
 }
 
 /// Reads a folder.
@@ -40,5 +44,6 @@ pub fn read(path: &Path) -> Result<Converted, Error> {
 /// As [`read`].
 pub fn convert(folder: &Folder) -> Result<Converted, Error> {
     let settings = settings::read(folder)?;
-    Ok(Converted { text: document::write(folder, &settings), photo: settings.path_tracer.photo_name })
+    let (text, warnings) = (document::write(folder, &settings), document::warnings(&settings));
+    Ok(Converted { text, photo: settings.path_tracer.photo_name, warnings })
 }
