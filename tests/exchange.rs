@@ -63,6 +63,50 @@ fn a_model_comes_back_from_obj_and_ply_as_its_finest_level() {
 
 /// The same triangles, corner by corner.
 #[track_caller]
+/// For whoever places all of a file as one model: what stands in it stands as before.
+#[test]
+fn a_scene_as_one_model_has_everything_where_it_stands() {
+    let folder = folder();
+    let path = folder.path().join("wood.glb");
+    let wood = wood(9);
+    write(&path, &wood, Places::Nodes, 0);
+    let import = model::read(&path).unwrap();
+    let merged = import.merged(&path).unwrap();
+    let bits = |point: Vec3| point.to_array().map(|along| (along * 1000.0).round() as i64);
+    let mut got: Vec<[i64; 3]> = merged.levels[0]
+        .parts
+        .iter()
+        .flat_map(|part| part.mesh.positions.iter().map(|point| bits(Vec3::from(*point))))
+        .collect();
+    let mut want = Vec::new();
+    for Instance { model, position, rotation, scale, .. } in wood.instances.iter() {
+        for part in &wood.models[*model as usize].levels[0].parts {
+            let stand = |point: &[f32; 3]| bits(*position + *rotation * (*scale * Vec3::from(*point)));
+            want.extend(part.mesh.positions.iter().map(stand));
+        }
+    }
+    got.sort_unstable();
+    want.sort_unstable();
+    assert_eq!(got.len(), want.len());
+    let far = |(one, other): (&[i64; 3], &[i64; 3])| one.iter().zip(other).any(|(a, b)| (a - b).abs() > 1);
+    assert!(!got.iter().zip(&want).any(far));
+}
+
+/// What is up in a file may be its z.
+#[test]
+fn a_model_that_lies_is_stood_up() {
+    let folder = folder();
+    fs::write(folder.path().join("tip.obj"), "v 0 0 0\nv 2 0 0\nv 0 3 7\nvn 0 -1 0\nf 1//1 2//1 3//1\n")
+        .unwrap();
+    let text = "format = 1\nmodels = [{ file = \"tip.obj\", up = \"z\", at = [[0, 0]] }]\n";
+    let overrides = terrane::world::Overrides::default();
+    let world = terrane::world::parse("world.toml", text.as_bytes(), folder.path(), &overrides).unwrap();
+    let mesh = &world.plants.models[0].levels[0].parts[0].mesh;
+    // A plan's north, its y, is the world's: −z.
+    assert_eq!(mesh.positions, [[0.0, 0.0, -0.0], [2.0, 0.0, -0.0], [0.0, 7.0, -3.0]]);
+    assert_eq!(mesh.normals[0], [0.0, 0.0, 1.0]);
+}
+
 /// A `\` at the end of a line joins the next to it; lines are counted all the same. Comments end with their line.
 #[test]
 fn lines_of_obj_files_may_go_on() {
@@ -349,6 +393,14 @@ fn an_exported_scene_without_a_place_is_answered_with_how_to_put_it_back() {
         assert_eq!(code, Some(0), "{told}");
         assert!(!told.contains(hint), "{told}");
     }
+    // A scene of another program may well be a model.
+    let mut strange = fs::read(folder.path().join("scene.glb")).unwrap();
+    let at = strange.windows(8).position(|word| word == b"terrane ").unwrap();
+    strange[at..at + 8].copy_from_slice(b"another ");
+    fs::write(folder.path().join("strange.glb"), strange).unwrap();
+    let (code, told) = check("file = \"strange.glb\"");
+    assert_eq!(code, Some(0), "{told}");
+    assert!(!told.contains(hint), "{told}");
     // A plant of ours is a model.
     model::write(&folder.path().join("tree.glb"), &tree()).unwrap();
     let (_, told) = check("file = \"tree.glb\"");

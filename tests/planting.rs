@@ -240,12 +240,15 @@ fn patches_cover_their_share() {
 fn none_is_nearer_than_the_spacing() {
     let patches = Site { patches: Some(Patches::new(3, 30.0, 0.5)), ..Site::default() };
     let mixed = Rule { kinds: vec![(OAK, 1.0), (SHRUB, 2.0)], scale: [0.5, 2.0], ..rule(OAK, dense(4.0)) };
+    // Dry only in a corner of 40 m.
+    let corner = ground(129, 400.0, |at| if at.min_element() > 160.0 { 10.0 } else { -10.0 });
     let cases = [
         (mixed, level(200.0), 4.0),
         (on(patches, rule(OAK, dense(3.0))), level(200.0), 3.0),
         (rule(OAK, scatter(5.0, 0.005)), level(400.0), 5.0),
         (rule(OAK, dense(6.0)), rough(), 6.0),
-        // Far from the origin floats are coarse.
+        // Far from the origin floats are coarse, for far plants and for near ones.
+        (rule(OAK, dense(0.2)), corner, 0.2),
         (rule(OAK, dense(9000.0)), level(1e6), 9000.0),
     ];
     for (rule, ground, spacing) in cases {
@@ -573,7 +576,7 @@ fn cover_stands_where_it_stands_whatever_the_camera_does() {
 #[test]
 fn cover_fills_the_picture_to_its_edges() {
     let ground = level(300.0);
-    let rule = cover(6.0, 30.0, 100.0);
+    let rule = cover(6.0, 60.0, 100.0);
     let camera = camera(Vec2::ZERO);
     let plants = plant_seen(&[rule], &ground, &camera);
     // Squares of 3 m that lie in the picture hold 54 plants each.
@@ -582,11 +585,11 @@ fn cover_fills_the_picture_to_its_edges() {
         *counts.entry((at(plant) / 3.0).floor().to_array().map(|at| at as i32)).or_default() += 1;
     }
     let mut full = 0;
-    for column in -6..6 {
-        for row in -8..-1 {
+    for column in -14..14 {
+        for row in -16..-1 {
             let inside = |east: f32, south: f32| {
                 let corner = vec3((column as f32 + east) * 3.0, 10.0, (row as f32 + south) * 3.0);
-                corner.length() < 30.0
+                corner.length() < 55.0
                     && camera
                         .project(corner)
                         .is_some_and(|[x, y]| (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y))
@@ -597,7 +600,7 @@ fn cover_fills_the_picture_to_its_edges() {
             }
         }
     }
-    assert!(full > 10, "{full} squares");
+    assert!(full > 100, "{full} squares");
     // Nothing far behind the eye.
     assert!(plants.iter().all(|plant| plant.position.z < 3.0));
 }
@@ -641,7 +644,7 @@ fn the_grid_goes_with_the_camera() {
 fn the_grid_ends_where_the_terrain_does() {
     let cells = [10_000, 9_999];
     let grid =
-        planting::Grid { offset: vec2(80.0, -90.0), cells, cell_size: 5.0, probability: 1.0, jitter: 1.0 };
+        planting::Grid { offset: vec2(81.0, -92.5), cells, cell_size: 5.0, probability: 1.0, jitter: 1.0 };
     let rule = rule(OAK, Places::Grid(grid));
     let ground = level(200.0);
     let found = plant(std::slice::from_ref(&rule), &ground);

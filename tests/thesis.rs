@@ -8,12 +8,13 @@ mod mistakes;
 
 use committed::{BLESS, check_committed};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec3, vec2};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use terrane::plants::derive::{Limits, derive};
+use terrane::plants::planting::{Grid, Places, Rule};
 use terrane::plants::turtle::{self, Drawing};
 use terrane::world::thesis::{self, Contents, Folder};
 use terrane::world::{self, Overrides, World};
@@ -276,7 +277,27 @@ fn settings_become_the_keys_that_mean_them() {
     assert_eq!(by_height.ground.reflectance, [0.09, 0.12, 0.03]);
     assert_eq!(by_height.ground.value_factor, 1.2);
     assert_eq!(by_height.rock.second_reflectance, [0.32, 0.3, 0.27]);
+    // Where there is no sea everything would lie high enough for snow.
+    assert!(surface.snow.is_none());
     assert!(light.sun.is_some() && light.clouds == 0.0);
+}
+
+#[test]
+fn spawners_become_grids_in_order() {
+    let world = parse(&converted(&all())).unwrap();
+    let plants: Vec<&str> = world.plants.species.iter().map(|species| species.name.as_str()).collect();
+    let rules = &world.plants.rules;
+    assert_eq!(rules.len(), 3);
+    // spawners/left.spawner, which comes first.
+    let Places::Grid(grid) = &rules[0].places else { panic!("{:?}", rules[0].places) };
+    let wanted =
+        Grid { offset: vec2(-14.0, 22.0), cells: [4, 8], cell_size: 6.0, probability: 0.7, jitter: 0.8 };
+    assert_eq!((*grid, rules[0].scale, rules[0].lean, rules[0].shade), (wanted, [0.7, 1.3], 0.0, 1.0));
+    let named =
+        |rule: &Rule| rule.kinds.iter().map(|(kind, share)| (plants[*kind], *share)).collect::<Vec<_>>();
+    assert_eq!(named(&rules[0]), [("trees_fork_lsys", 1.0), ("trees_round_honda", 1.0)]);
+    // spawners/meadow.spawner, of plants.
+    assert_eq!(named(&rules[1]), [("plants_tuft_lsys", 1.0), ("plants_weed_lsys", 1.0)]);
 }
 
 /// Coordinates are the world's: +X east, +Z south.

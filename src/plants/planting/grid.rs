@@ -37,7 +37,7 @@ impl Grid {
         let begin = f64::from(cells) / 2.0 - f64::from(middle) / f64::from(self.cell_size);
         // Places are rounded to floats.
         let reach = f64::from(half) * (1.0 + 1e-6) / f64::from(self.cell_size);
-        let first = (begin - reach).floor() - 1.0;
+        let first = (begin - reach).floor();
         let end = (begin + reach).floor() + 1.0;
         (first as u32).min(cells)..(end as u32).min(cells)
     }

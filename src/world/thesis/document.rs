@@ -106,7 +106,11 @@ fn terrain(settings: &Settings) -> String {
 fn surface(settings: &Settings) -> String {
     let (terrain, materials) = (&settings.terrain, &settings.materials);
     format!(
-        "[surface.by_height]\n\
+        "# Snow lies by its height above the sea, and there is none.\n\
+         [surface]\n\
+         snow = \"none\"\n\
+         \n\
+         [surface.by_height]\n\
          rock_start = {}\n\
          ground_end = {}\n\
          \n\
