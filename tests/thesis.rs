@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use terrane::plants::derive::{Limits, derive};
 use terrane::plants::turtle::{self, Drawing};
+use terrane::plants::watch::Watch;
 use terrane::world::thesis::{self, Contents, Folder};
 use terrane::world::{self, Overrides, World};
 
@@ -299,7 +300,7 @@ fn drawn(settings: &Folder, species: &str) -> Drawing {
     let species = world.plants.species.iter().find(|found| found.name == species).expect(species);
     let form = &species.form;
     let word = derive(&form.grammar, form.steps, 1, &Limits::default()).unwrap();
-    turtle::draw(&word, &form.turtle).unwrap()
+    turtle::draw(&word, &form.turtle, Watch::NONE).unwrap()
 }
 
 #[test]

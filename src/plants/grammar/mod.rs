@@ -120,12 +120,6 @@ impl Rule {
     pub fn is_random(&self) -> bool {
         self.weight.is_some() || self.successor.arguments.iter().any(Code::is_random)
     }
-
-    /// Whether it writes what it found.
-    pub fn keeps(&self) -> bool {
-        let mut arguments = self.successor.arguments.iter().zip(self.left_parameters..);
-        self.successor.letters == [self.letter] && arguments.all(|(code, own)| code.is_parameter(own))
-    }
 }
 
 impl Error {

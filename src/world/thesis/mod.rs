@@ -15,6 +15,7 @@ mod tokens;
 pub use folder::{Contents, Folder, MAX_FILE};
 
 use super::Error;
+use super::fault::Origins;
 use std::path::Path;
 
 /// A folder as a world file.
@@ -24,6 +25,8 @@ pub struct Converted {
     pub text: String,
     /// Name of its picture, without folder and ending.
     pub photo: String,
+    /// The files that its keys come from, as messages show them.
+    pub origins: Origins,
 }
 
 /// Reads a folder.
@@ -40,5 +43,6 @@ pub fn read(path: &Path) -> Result<Converted, Error> {
 /// As [`read`].
 pub fn convert(folder: &Folder) -> Result<Converted, Error> {
     let settings = settings::read(folder)?;
-    Ok(Converted { text: document::write(folder, &settings), photo: settings.path_tracer.photo_name })
+    let (text, origins) = document::write(folder, &settings);
+    Ok(Converted { text, photo: settings.path_tracer.photo_name, origins })
 }
