@@ -52,14 +52,14 @@ pub fn side_by_side<T: Send>(
             scope.spawn(move |_| queue(&|index, result| _ = sender.send((index, result))));
         }
         drop(sender);
-        let mut done = 0;
+        let mut done = 0_u64;
         loop {
             session.progress.show("growing", done, count as u64);
             session.progress.detail(format!("{} million operations", operations.load(Relaxed) / 1_000_000));
             match receiver.recv_timeout(LOOK) {
                 Ok((index, result)) => {
+                    done += u64::from(result.is_ok());
                     grown[index] = Some(result);
-                    done += 1;
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,

@@ -29,7 +29,7 @@ use crate::formats;
 use crate::plants::{self, derive::Limits};
 use crate::scene::{self, Model};
 use crate::terrain;
-use fault::{Cause, Fault, Origins, Sources, report_text};
+use fault::{Cause, Complaint, Fault, Origins, Sources, report_text};
 use place::Place;
 use schema::Section;
 use settings::Setting;
@@ -172,7 +172,14 @@ fn parse_made(
         });
     let sources =
         Sources { name, what: "the world", document: parsed, settings: &settings, origins: &origins };
-    let (written, planned, (species, remarks)) = planned.map_err(|faults| {
+    let (written, planned, (species, remarks)) = planned.map_err(|mut faults| {
+        if sources.document.get("grammar").is_some() {
+            // Every key would be wrong.
+            let label =
+                "look at it with `terrane plant`, or let a world name the file in its table `species`";
+            let complaint = Complaint::new("makes this the file of a species, and a world is wanted", label);
+            faults = vec![complaint.about_key().at("grammar".into())];
+        }
         let report = sources.report(&faults);
         let files_only = faults.iter().all(|fault| fault.complaint.cause == Cause::File);
         if files_only { Error::Unreadable { report } } else { Error::Wrong { report } }

@@ -93,9 +93,17 @@ impl Grammar {
     /// # Errors
     /// The first mistake.
     pub fn parse(text: &str, ignore: &str) -> Result<Grammar, Error> {
+        Self::read(text, ignore).map_err(|mut errors| errors.swap_remove(0))
+    }
+
+    /// As [`Grammar::parse`].
+    ///
+    /// # Errors
+    /// The first mistake of every line, one at least, and no more than people read.
+    pub fn read(text: &str, ignore: &str) -> Result<Grammar, Vec<Error>> {
         if text.len() > MOST_BYTES {
             let problem = format!("{} bytes are too many for a grammar", text.len());
-            return Err(Error::new(0..0, problem, format!("at most {MOST_BYTES}")));
+            return Err(vec![Error::new(0..0, problem, format!("at most {MOST_BYTES}"))]);
         }
         read::grammar(text, ignore)
     }

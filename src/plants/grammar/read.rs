@@ -17,12 +17,19 @@ const RESERVED: &str = "(),:<>=*#";
 /// What can't name a sub-model.
 const NO_NAMES: &str = "[]{}.~@%";
 
-pub fn grammar(text: &str, ignore: &str) -> Result<Grammar, Error> {
+/// Mistakes that are told of one text.
+const MOST_ERRORS: usize = 24;
+
+pub fn grammar(text: &str, ignore: &str) -> Result<Grammar, Vec<Error>> {
     let mut reader = Reader::new(text);
-    for line in lines(text)? {
-        reader.line(line)?;
+    let mut errors = Vec::new();
+    for line in lines(text).map_err(|error| vec![error])? {
+        errors.extend(reader.line(line).err());
+        if errors.len() == MOST_ERRORS {
+            break;
+        }
     }
-    reader.finish(ignore)
+    if errors.is_empty() { reader.finish(ignore).map_err(|error| vec![error]) } else { Err(errors) }
 }
 
 struct Reader<'a> {
@@ -83,12 +90,15 @@ impl<'a> Reader<'a> {
             return Err(Error::new(span, problem, "another name"));
         }
         cursor.bump();
-        let code = self.expression(&mut cursor, &[], Randomness::Refused)?;
-        end(&cursor, "an operator or the end of the line")?;
-        // Without parameters and chance, every expression is folded.
-        let value = code.constant().unwrap_or_default();
+        let code = self.expression(&mut cursor, &[], Randomness::Refused);
+        let code = code.and_then(|code| {
+            end(&cursor, "an operator or the end of the line")?;
+            Ok(code)
+        });
+        // Without parameters and chance, every expression is folded. The name of one that is wrong is known all the same.
+        let value = code.as_ref().ok().and_then(Code::constant).unwrap_or(1.0);
         self.constants.insert(name.into(), Constant { value, span, used: false });
-        Ok(())
+        code.map(|_| ())
     }
 
     /// `axiom WORD`

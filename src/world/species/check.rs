@@ -142,10 +142,10 @@ impl Check<'_> {
             self.refuse(at, Complaint::new("has too many organs inside each other", label));
             return None;
         }
-        let grammar = match Grammar::parse(text, &self.written.ignore) {
+        let grammar = match Grammar::read(text, &self.written.ignore) {
             Ok(grammar) => grammar,
-            Err(error) => {
-                self.refuse(at, complaint(&error));
+            Err(errors) => {
+                errors.iter().for_each(|error| self.refuse(at.clone(), complaint(error)));
                 return None;
             }
         };

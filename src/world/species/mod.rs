@@ -99,6 +99,8 @@ fn advice(problem: &derive::Problem) -> (&'static str, &'static str) {
     }
 }
 
+const WORLDS: &str = "look at it with `terrane check`, or see it with `terrane render`";
+
 /// The seed of a species that is called so in a world with this seed.
 pub fn seed(world: u32, name: &str) -> u32 {
     derive_seed(world, &format!("plants.{name}"))
@@ -123,6 +125,15 @@ pub fn parse(name: &str, bytes: &[u8]) -> Result<Loaded, Error> {
     let stem =
         Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let checked = read(document.as_item()).and_then(|written| check(&stem, &written, &KeyPath::default()));
+    let of_world = ["terrain", "species", "plants"].into_iter().find(|key| document.contains_key(key));
+    let checked = match of_world {
+        Some(key) if !document.contains_key("grammar") => {
+            // Every key would be wrong.
+            let complaint = Complaint::new("makes this a world, and the file of a species is wanted", WORLDS);
+            Err(vec![complaint.about_key().at(key.into())])
+        }
+        _ => checked,
+    };
     let origins = Origins::default();
     let sources = Sources { name, what: "the species", document, settings: &[], origins: &origins };
     match checked {
