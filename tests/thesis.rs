@@ -363,6 +363,9 @@ fn a_converted_folder_is_the_same_world_and_gives_the_same_picture() {
     let (folder, file) = (load("wood"), load("world.toml"));
     let told = |world: &World| {
         let World { seed, plan, light, sea, surface, plants, viewpoint, fov, film, .. } = world;
+        // Rules are called after the place that they are written in.
+        let mut plants = plants.clone();
+        plants.rules.iter_mut().for_each(|rule| rule.name.clear());
         format!("{seed} {plan:?} {light:?} {sea:?} {surface:?} {plants:?} {viewpoint:?} {fov} {film:?}")
     };
     assert_eq!(told(&folder), told(&file));

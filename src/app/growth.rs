@@ -4,14 +4,10 @@ use super::{Error, Session, interrupt};
 use crate::plants::derive::Limits;
 use crate::plants::watch::Watch;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
-
-/// Time between two looks at what is done.
-const LOOK: Duration = Duration::from_millis(100);
+use std::sync::{Mutex, PoisonError};
 
 /// Grows `count` things, the next one whenever a thread is free: the results are in order, whichever was done first. `grow`
-/// is told which one, and within what limits.
+/// is told which one, and within what limits. The calling thread grows, too: one thing needs no other, nor its memory.
 ///
 /// # Errors
 /// The first one in that order; [`Error::Interrupted`].
@@ -21,11 +17,12 @@ pub fn side_by_side<T: Send>(
     grow: impl Fn(usize, &Limits) -> Result<T, Error> + Sync,
 ) -> Result<Vec<T>, Error> {
     let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
-    let operations = AtomicU64::new(0);
-    let mut grown: Vec<Option<Result<T, Error>>> = Vec::new();
-    grown.resize_with(count, || None);
+    let (done, operations) = (AtomicU64::new(0), AtomicU64::new(0));
+    let grown: Mutex<Vec<(usize, Result<T, Error>)>> = Mutex::default();
+    session.progress.show("growing", 0, count as u64);
+    let progress = Mutex::new(&mut session.progress);
 
-    let queue = |send: &dyn Fn(usize, Result<T, Error>)| {
+    let queue = || {
         loop {
             let index = next.fetch_add(1, Relaxed);
             // What comes behind a failure is not asked for.
@@ -34,39 +31,32 @@ pub fn side_by_side<T: Send>(
                 return;
             }
             let look = |more| {
-                operations.fetch_add(more, Relaxed);
+                let operations = operations.fetch_add(more, Relaxed) + more;
+                // Another thread that shows something shows this as well.
+                if let Ok(mut progress) = progress.try_lock() {
+                    progress.show("growing", done.load(Relaxed), count as u64);
+                    progress.detail(format!("{} million operations", operations / 1_000_000));
+                }
                 is_wanted()
             };
             let result = grow(index, &Limits { watch: Watch::new(&look), ..Limits::default() });
-            if result.is_err() {
-                failed.fetch_min(index, Relaxed);
-            }
-            send(index, result);
+            match result {
+                Ok(_) => done.fetch_add(1, Relaxed),
+                Err(_) => failed.fetch_min(index, Relaxed) as u64,
+            };
+            grown.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
         }
     };
-    let (sender, receiver) = channel();
     rayon::in_place_scope(|scope| {
-        for _ in 0..rayon::current_num_threads().min(count) {
-            let (queue, sender) = (&queue, sender.clone());
-            // Whoever listens does so to the end.
-            scope.spawn(move |_| queue(&|index, result| _ = sender.send((index, result))));
+        for _ in 1..rayon::current_num_threads().min(count) {
+            scope.spawn(|_| queue());
         }
-        drop(sender);
-        let mut done = 0_u64;
-        loop {
-            session.progress.show("growing", done, count as u64);
-            session.progress.detail(format!("{} million operations", operations.load(Relaxed) / 1_000_000));
-            match receiver.recv_timeout(LOOK) {
-                Ok((index, result)) => {
-                    done += u64::from(result.is_ok());
-                    grown[index] = Some(result);
-                }
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => break,
-            }
-        }
+        queue();
     });
+    session.progress.show("growing", done.into_inner(), count as u64);
     session.progress.end();
     interrupt::check(&session.report)?;
-    grown.into_iter().flatten().collect()
+    let mut grown = grown.into_inner().unwrap_or_else(PoisonError::into_inner);
+    grown.sort_unstable_by_key(|(index, _)| *index);
+    grown.into_iter().map(|(_, result)| result).collect()
 }
