@@ -47,12 +47,16 @@ pub fn side_by_side<T: Send>(
             grown.lock().unwrap_or_else(PoisonError::into_inner).push((index, result));
         }
     };
-    rayon::in_place_scope(|scope| {
-        for _ in 1..rayon::current_num_threads().min(count) {
-            scope.spawn(|_| queue());
-        }
+    if count < 2 {
         queue();
-    });
+    } else {
+        rayon::in_place_scope(|scope| {
+            for _ in 1..rayon::current_num_threads().min(count) {
+                scope.spawn(|_| queue());
+            }
+            queue();
+        });
+    }
     session.progress.show("growing", done.into_inner(), count as u64);
     session.progress.end();
     interrupt::check(&session.report)?;
