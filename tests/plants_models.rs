@@ -10,6 +10,7 @@ use terrane::plants::mesh::{Blade, Body, Cylinder, Leaf, Shape, Stem, levels, tr
 use terrane::plants::species::Species;
 use terrane::plants::turtle::Node;
 use terrane::plants::turtle::vector_area;
+use terrane::plants::watch::Watch;
 use terrane::scene::{Level, Model};
 
 // Measures of meshes -------------------------------------------------------------------------------------------------
@@ -362,7 +363,7 @@ const PLANTS: [&str; 8] = ["oak", "spruce", "palm", "shrub", "grass", "daisy", "
 fn grow(name: &str) -> (Species, Body, Model) {
     let species = species(name);
     let body = species.body(1, 0, &Limits::default()).expect("a plant");
-    let model = species.model(&body);
+    let model = species.model(&body, Watch::NONE).unwrap();
     (species, body, model)
 }
 
@@ -472,7 +473,7 @@ fn branches_begin_within_others() {
 
 #[test]
 fn nothing_is_no_plant() {
-    let empty = levels(&Body::default());
+    let empty = levels(&Body::default(), Watch::NONE).unwrap();
     assert!(empty.len() == 1 && empty[0].triangles() == 0);
     assert!(Cylinder::whole(&[node(DVec3::ZERO, 1.0)], 0.0).is_none());
     assert!(Cylinder::whole(&[node(DVec3::ZERO, 1.0), node(DVec3::ZERO, 1.0)], 0.0).is_none());

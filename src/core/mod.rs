@@ -8,4 +8,5 @@ pub mod map;
 pub mod memory;
 pub mod mesh;
 pub mod resample;
+pub mod text;
 pub mod triangulation;

@@ -4,6 +4,7 @@ use super::files::{Generator, Material, Sky};
 use super::folder::Folder;
 use super::settings::{Named, Settings};
 use super::species::{self, Species};
+use crate::world::fault::Origins;
 use crate::world::keys::NO_SEA;
 use std::fmt::Write;
 use std::path::Path;
@@ -25,7 +26,8 @@ pub fn warnings(settings: &Settings) -> Vec<String> {
     if color == [1.0; 3] { Vec::new() } else { vec![left_out] }
 }
 
-pub fn write(folder: &Folder, settings: &Settings) -> String {
+/// The text, and where its keys come from.
+pub fn write(folder: &Folder, settings: &Settings) -> (String, Origins) {
     let species = species::write(settings);
     let parts = [
         head(folder),
@@ -35,7 +37,17 @@ pub fn write(folder: &Folder, settings: &Settings) -> String {
         camera(settings),
         render(settings),
     ];
-    parts.join("\n") + &species.text + &planting(settings, &species)
+    let text = parts.join("\n") + &species.text + &planting(settings, &species);
+    (text, origins(folder, settings, species))
+}
+
+fn origins(folder: &Folder, settings: &Settings, species: Species) -> Origins {
+    let mut origins = species.origins;
+    let spawners = settings.spawners.iter().enumerate();
+    origins.extend(spawners.map(|(index, spawner)| (format!("plants.{index}"), spawner.file.clone())));
+    let places = [("terrain", "terrain"), ("camera", "camera"), ("sky", "sky"), ("sun", "sky")];
+    origins.extend(places.map(|(key, file)| (key.into(), format!("{file}.conf"))));
+    Origins(origins.into_iter().map(|(key, file)| (key, folder.shown(&file))).collect())
 }
 
 /// The grids of plants, one a spawner. Where there is nothing that one could place, it places nothing.

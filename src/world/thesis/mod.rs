@@ -17,6 +17,7 @@ pub use folder::{Contents, Folder, MAX_FILE};
 pub use reference::reference;
 
 use super::Error;
+use super::fault::Origins;
 use std::path::Path;
 
 /// A folder as a world file.
@@ -28,6 +29,8 @@ pub struct Converted {
     pub photo: String,
     /// What it could not say in a world file, one sentence each.
     pub warnings: Vec<String>,
+    /// The files that its keys come from, as messages show them.
+    pub origins: Origins,
 }
 
 /// Reads a folder.
@@ -44,6 +47,7 @@ pub fn read(path: &Path) -> Result<Converted, Error> {
 /// As [`read`].
 pub fn convert(folder: &Folder) -> Result<Converted, Error> {
     let settings = settings::read(folder)?;
-    let (text, warnings) = (document::write(folder, &settings), document::warnings(&settings));
-    Ok(Converted { text, photo: settings.path_tracer.photo_name, warnings })
+    let (text, origins) = document::write(folder, &settings);
+    let warnings = document::warnings(&settings);
+    Ok(Converted { text, photo: settings.path_tracer.photo_name, warnings, origins })
 }
