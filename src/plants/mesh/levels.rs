@@ -20,6 +20,9 @@ const REDUCTION: f64 = 5.0;
 const LEAST_LEVELS: usize = 3;
 /// … and how many triangles further levels have at least: a crown of fewer covers a quarter more than it should.
 const FEW: f64 = 48.0;
+/// A level may have so many times the triangles that it is to spend; how often it is gathered to keep to that.
+const EXCESS: f64 = 2.0;
+const ATTEMPTS: usize = 8;
 /// How far the finest level is from round: this share of a plant's size, and this many metres at most.
 const ROUNDNESS: f64 = 1e-3;
 const COARSEST_ROUNDNESS: f64 = 0.004;
@@ -96,38 +99,27 @@ fn coarse(
         };
         drawn.push(Drawn { element, cylinder, triangles: triangles as f64 });
     }
-    let share = share(&drawn, budget);
-
     let mut meshes = Meshes::default();
-    let same = |one: &Drawn, other: &Drawn| one.element.group() == other.element.group();
-    for group in drawn.chunk_by(same) {
-        for run in gather(group, share) {
-            let area: f64 = run.iter().map(|drawn| drawn.element.area).sum();
-            let centre =
-                run.iter().map(|drawn| drawn.element.area * drawn.element.centre).sum::<DVec3>() / area;
-            let chosen = match &run[0].cylinder {
-                // The longest of twigs, for what is far from it is least likely to be missed.
-                Some(_) => run.iter().max_by(|one, other| one.element.area.total_cmp(&other.element.area)),
-                None => run.get(mix(run[0].element.index()) as usize % run.len()),
-            };
-            let Some(Drawn { element, cylinder, .. }) = chosen else { continue };
-            pace.count(element.work(body))?;
-            match (element.kind, cylinder) {
-                (Kind::Stem(_), Some(cylinder)) => {
-                    // Towards the middle of those that it stands for, where leaves hide it as they do them, but by half of what it
-                    // grows at most.
-                    let widening = cylinder.widening(area);
-                    let grown = (0.5 * (widening - 1.0) * cylinder.radius()).max(0.0);
-                    let moved = cylinder.moved((centre - element.centre).clamp_length_max(grown));
-                    moved.draw(widening, meshes.of(element.material));
-                }
-                (Kind::Leaf(index), _) => {
-                    let leaf = &body.leaves[index];
-                    let shift = centre - element.centre;
-                    meshes.leaf(leaf, &body.blades[leaf.blade], shape, area / element.area, shift);
-                }
-                _ => {}
+    for run in runs(&drawn, budget) {
+        let area: f64 = run.iter().map(|drawn| drawn.element.area).sum();
+        let centre = run.iter().map(|drawn| drawn.element.area * drawn.element.centre).sum::<DVec3>() / area;
+        let Some(Drawn { element, cylinder, .. }) = chosen(&run) else { continue };
+        pace.count(element.work(body))?;
+        match (element.kind, cylinder) {
+            (Kind::Stem(_), Some(cylinder)) => {
+                // Towards the middle of those that it stands for, where leaves hide it as they do them, but by half of what
+                // it grows at most.
+                let widening = cylinder.widening(area);
+                let grown = (0.5 * (widening - 1.0) * cylinder.radius()).max(0.0);
+                let moved = cylinder.moved((centre - element.centre).clamp_length_max(grown));
+                moved.draw(widening, meshes.of(element.material));
             }
+            (Kind::Leaf(index), _) => {
+                let leaf = &body.leaves[index];
+                let shift = centre - element.centre;
+                meshes.leaf(leaf, &body.blades[leaf.blade], shape, area / element.area, shift);
+            }
+            _ => {}
         }
     }
     Ok(meshes.level(detail as f32))
@@ -211,6 +203,33 @@ fn elements(
     }
     elements.sort_unstable_by_key(|element| (element.group(), element.order, element.kind));
     Ok(elements)
+}
+
+/// Gathers all groups, so that what is drawn has about `budget` triangles. The longest of twigs, which stand for the others,
+/// have more triangles than most: where that is too many, a triangle stands for more.
+fn runs<'a>(drawn: &'a [Drawn<'a>], budget: f64) -> Vec<Vec<&'a Drawn<'a>>> {
+    let same = |one: &Drawn, other: &Drawn| one.element.group() == other.element.group();
+    let mut share = share(drawn, budget);
+    let mut gathered = Vec::new();
+    for _ in 0..ATTEMPTS {
+        gathered = drawn.chunk_by(same).flat_map(|group| gather(group, share)).collect();
+        let triangles: f64 = gathered.iter().filter_map(|run| chosen(run)).map(|drawn| drawn.triangles).sum();
+        if triangles <= EXCESS * budget {
+            break;
+        }
+        share *= (triangles / budget).sqrt();
+    }
+    gathered
+}
+
+/// Which element stands for all of a run.
+fn chosen<'a>(run: &[&'a Drawn<'a>]) -> Option<&'a Drawn<'a>> {
+    let first = run.first()?;
+    match first.cylinder {
+        // The longest of twigs, for what is far from it is least likely to be missed.
+        Some(_) => run.iter().max_by(|one, other| one.element.area.total_cmp(&other.element.area)).copied(),
+        None => run.get(mix(first.element.index()) as usize % run.len()).copied(),
+    }
 }
 
 /// How much area a triangle stands for, so that all of them are about `budget`: each element that is larger than its
