@@ -16,6 +16,9 @@ pub fn side_by_side<T: Send>(
     session: &mut Session,
     grow: impl Fn(usize, &Limits) -> Result<T, Error> + Sync,
 ) -> Result<Vec<T>, Error> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
     let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
     let (done, operations) = (AtomicU64::new(0), AtomicU64::new(0));
     let grown: Mutex<Vec<(usize, Result<T, Error>)>> = Mutex::default();
