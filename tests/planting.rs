@@ -430,8 +430,8 @@ fn a_kind_is_measured_by_its_models() {
         model(&[[0.3, 0.0, 0.4], [0.0, 9.0, 0.0], [3.0, 5.0, -4.0]]),
         model(&[[0.1, 0.0, 0.0], [0.0, 10.0, 0.0]]),
     ];
-    let kind = Kind::of_models("tree", 4, &models);
-    assert_eq!(kind, Kind { name: "tree".into(), models: 4..6, crown: 5.0, foot: 0.5, height: 10.0 });
+    let kind = Kind::of_models(4, &models);
+    assert_eq!(kind, Kind { models: 4..6, crown: 5.0, foot: 0.5, height: 10.0 });
 }
 
 // Shade --------------------------------------------------------------------------------------------------------------
@@ -771,6 +771,10 @@ fn too_many_are_refused_before_they_are_planted() {
         let error = refused(places);
         assert!(matches!(error, Error::TooMany { .. }), "{error}");
     }
+    // What stands already counts, too.
+    let rules = [rule(OAK, dense(5000.0))];
+    let mut planter = Planter::new(&rules, &kinds, &ground, &camera).beside(10_000_000);
+    assert!(matches!(planter.step(), Err(Error::TooMany { count: 10_000_001.., .. })));
     // A narrow site asks for few plants and yet for places everywhere.
     let narrow = Site { patches: Some(Patches::new(1, 1e4, 0.0)), ..Site::default() };
     // So does cover that thins out at once.

@@ -151,13 +151,14 @@ fn the_books_figures_come_out_in_every_number() {
         assert_eq!(word.counts(), expected.counts, "{id}");
         assert_eq!(hexadecimal(&word.sha256()), expected.sha256_symbols, "{id}");
 
-        let left = turtle::measure(&word, &system.interpretation(Side::Left)).unwrap();
+        let measure = |side| turtle::draw(&word, &system.interpretation(side), &Limits::default()).unwrap().measure;
+        let left = measure(Side::Left);
         assert_eq!(left.brackets, expected.branches, "{id}");
         assert_eq!(left.depth, expected.max_bracket_depth, "{id}");
         assert_eq!(left.segments, expected.drawn_segments, "{id}");
         assert_eq!(left.polygons, expected.polygons, "{id}");
         assert_eq!(left.polygon_vertices, expected.polygon_vertices, "{id}");
-        let right = turtle::measure(&word, &system.interpretation(Side::Right)).unwrap();
+        let right = measure(Side::Right);
         let extent = (left.bounds[1] - left.bounds[0]).max_element().max(1.0);
         let near = |found: f64, wanted: f64, scale: f64, what: &str| {
             assert!((found - wanted).abs() <= 1e-9 * scale, "{id}: {what} is {found}, not {wanted}");

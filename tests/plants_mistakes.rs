@@ -400,6 +400,28 @@ fn drawings_are_limited_as_well() {
     }
 }
 
+/// Plants of a world grow side by side, and share the memory that one may have. What needs more than a share grows for all that.
+#[test]
+fn plants_that_grow_side_by_side_keep_to_the_limit_together() {
+    let folder = tempfile::tempdir().unwrap();
+    let rule = "A(x,y,z) -> A(x,y,z)A(y,z,rnd(0,1))";
+    for (steps, code) in [(22, 0), (30, 3)] {
+        let text = format!(
+            "format = 1\nplants = [{{ scatter = {{ species = ['a'] }} }}]\nspecies.a.variants = 4\n\
+             species.a.steps = {steps}\nspecies.a.grammar = '''\naxiom FA(1,2,3)\n{rule}\n'''\n"
+        );
+        fs::write(folder.path().join("world.toml"), text).unwrap();
+        for threads in ["1", "4"] {
+            let arguments = ["check", "world.toml", "--no-time", "--quiet"];
+            // Four stacks of 2 MiB, and what the world itself takes.
+            let output = within(folder.path(), LIMIT + (16 << 10), &arguments, threads);
+            let told = String::from_utf8_lossy(&output.stderr);
+            assert_eq!(output.status.code(), Some(code), "{steps} steps, {threads} threads: {told}");
+            assert!(code == 0 || told.contains("201326592 are allowed"), "{threads} threads: {told}");
+        }
+    }
+}
+
 #[test]
 fn files_without_measure_are_refused_by_their_size() {
     let folder = tempfile::tempdir().unwrap();
@@ -465,10 +487,18 @@ fn refused(folder: &Path, code: i32, name: &str) -> String {
 }
 
 fn limited(folder: &Path, kib: u32) -> Output {
+    within(folder, kib, &["plant", "plant.toml", "--stats", "--quiet"], "1")
+}
+
+fn within(folder: &Path, kib: u32, arguments: &[&str], threads: &str) -> Output {
     Command::new("sh")
-        .args(["-c", &format!("ulimit -v {kib} && exec \"$0\" plant plant.toml --stats --quiet")])
+        .args(["-c", &format!("ulimit -v {kib} && exec \"$0\" \"$@\"")])
         .arg(env!("CARGO_BIN_EXE_terrane"))
+        .args(arguments)
         .current_dir(folder)
+        .env("RAYON_NUM_THREADS", threads)
+        // The C library would set 64 MiB of addresses aside for each thread.
+        .env("MALLOC_ARENA_MAX", "1")
         .output()
         .unwrap()
 }

@@ -16,7 +16,6 @@ use std::process::{Command, Output};
 use terrane::plants::derive::{Limits, derive};
 use terrane::plants::planting::{Grid, Places, Rule};
 use terrane::plants::turtle::{self, Drawing};
-use terrane::plants::watch::Watch;
 use terrane::world::thesis::{self, Contents, Folder};
 use terrane::world::{self, Overrides, World};
 
@@ -385,7 +384,7 @@ fn drawn(settings: &Folder, species: &str) -> Drawing {
     let species = world.plants.species.iter().find(|found| found.name == species).expect(species);
     let form = &species.form;
     let word = derive(&form.grammar, form.steps, 1, &Limits::default()).unwrap();
-    turtle::draw(&word, &form.turtle, Watch::NONE).unwrap()
+    turtle::draw(&word, &form.turtle, &Limits::default()).unwrap()
 }
 
 #[test]

@@ -4,6 +4,7 @@ use super::{Error, Session, growth, interrupt};
 use crate::core::camera::{Pinhole, direction};
 use crate::core::memory::mebibytes;
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f};
+use crate::plants::derive::Limits;
 use crate::plants::planting::{Ground, Kind, MOST_PLANTS, PLANT_BYTES, Planter};
 use crate::scene::{Camera, Film, Instance, Model, Population, View};
 use crate::terrain::{Layer, Simulation};
@@ -30,7 +31,9 @@ pub fn populate(
     let camera = pinhole(camera, film, &ground);
     // No more than this machine has room for.
     let room = gpu::free_ram().map_or(u64::MAX, |bytes| bytes / PLANT_BYTES);
-    let mut planter = Planter::new(rules, &kinds, &ground, &camera).at_most(room.min(MOST_PLANTS));
+    let others = world.plants.standing();
+    let mut planter =
+        Planter::new(rules, &kinds, &ground, &camera).beside(others).at_most(room.min(MOST_PLANTS));
     loop {
         let (done, of) = planter.progress();
         session.progress.show("planting", done as u64, of as u64);
@@ -75,14 +78,19 @@ fn grow(world: &World, session: &mut Session) -> Result<(Vec<Kind>, Vec<Arc<Mode
 /// growth that is cut short.
 pub fn models(world: &World, session: &mut Session) -> Result<Vec<Arc<Model>>, Error> {
     let variants = world.plants.variants();
-    let grown = growth::side_by_side(variants.len(), session, |index, limits| {
-        let (species, variant) = variants[index];
-        let model = world.grow(species, variant, limits)?;
-        let warnings = if variant == 0 { world.unfinished(species, limits) } else { Vec::new() };
-        Ok((Arc::new(model), warnings))
-    })?;
-    let (models, warnings): (_, Vec<_>) = grown.into_iter().unzip();
-    warnings.into_iter().flatten().for_each(|warning| session.warn(warning));
+    let grow = |index, limits: &Limits| {
+        let (species, variant): (usize, u32) = variants[index];
+        world.grow(species, variant, limits).map(Arc::new)
+    };
+    let blame = |index, error: &_| {
+        let (species, _) = variants[index];
+        world.blame(species, error).into()
+    };
+    let models = growth::side_by_side(variants.len(), session, grow, blame)?;
+    for (species, _) in variants.iter().filter(|(_, variant)| *variant == 0) {
+        interrupt::check(&session.report)?;
+        world.unfinished(*species, &Limits::default()).into_iter().for_each(|warning| session.warn(warning));
+    }
     Ok(models)
 }
 

@@ -81,6 +81,20 @@ pub enum Error {
     Stopped(#[from] Stopped),
 }
 
+impl Error {
+    /// Whether more memory would have helped.
+    pub fn is_of_memory(&self) -> bool {
+        use derive::Problem::{Bytes, Memory};
+        match self {
+            Error::Derive(error) => matches!(error.problem, Bytes { .. } | Memory { .. }),
+            Error::Draw(error) => matches!(error.problem, turtle::Problem::TooMany { .. }),
+            Error::Mesh(error) => matches!(error, mesh::Error::TooLarge { .. }),
+            Error::Organ { problem, .. } => problem.is_of_memory(),
+            Error::Depth | Error::Material { .. } | Error::Stopped(_) => false,
+        }
+    }
+}
+
 /// What is seen of a plant while it grows; of its organs nothing.
 pub enum Seen<'a> {
     /// The axiom, and what a step made of it.
@@ -177,7 +191,7 @@ impl Form {
     fn body(&self, seed: u32, limits: &Limits, depth: u32, mut see: impl FnMut(Seen)) -> Result<Body, Error> {
         let word =
             derive::derive_seen(&self.grammar, self.steps, seed, limits, |word| see(Seen::Word(word)))?;
-        let drawing = turtle::draw(&word, &self.turtle, limits.watch)?;
+        let drawing = turtle::draw(&word, &self.turtle, limits)?;
         see(Seen::Way(&word, &drawing.measure));
         drop(word);
         let mut pace = limits.watch.pace();

@@ -3,9 +3,9 @@
 //!
 //! Where the book's text and the matrices printed beside it disagree about the sense of rotations, the text holds.
 
-use super::derive::{Module, Word};
+use super::derive::{Limits, Module, Word};
 use super::grammar::sin_cos;
-use super::watch::{Pace, Stopped, Watch};
+use super::watch::{Pace, Stopped};
 use glam::{DMat3, DVec3};
 
 /// What the symbols of a word mean.
@@ -77,8 +77,6 @@ pub struct Drawing {
 pub struct Axis {
     /// At least two.
     pub nodes: Vec<Node>,
-    /// How many brackets deep the first segment lies.
-    pub depth: u32,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -87,8 +85,6 @@ pub struct Node {
     pub position: DVec3,
     /// The width (diameter) in force when the next segment begins, or at the end of the axis, metres.
     pub width: f64,
-    /// How often `'` was met: index of the colour.
-    pub color: u32,
 }
 
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -97,6 +93,7 @@ pub struct Polygon {
     pub vertices: Vec<DVec3>,
     /// The turtle's up vector where the polygon was opened: the side that is above.
     pub up: DVec3,
+    /// How often `'` was met: index of the colour.
     pub color: u32,
 }
 
@@ -108,7 +105,6 @@ pub struct Placement {
     /// Columns: heading, left, up.
     pub frame: DMat3,
     pub scale: f64,
-    pub color: u32,
 }
 
 /// Figures of a drawing.
@@ -155,38 +151,25 @@ pub enum Problem {
     NotFinite,
     #[error("more than {MOST_DEPTH} brackets, one in the other")]
     TooDeep,
-    #[error("more than {MOST_POINTS} points are drawn")]
-    TooMany,
+    #[error("more than {limit} points are drawn")]
+    TooMany { limit: usize },
     #[error(transparent)]
     Stopped(#[from] Stopped),
 }
 
 /// Brackets or braces, one in the other.
 pub const MOST_DEPTH: usize = 100_000;
-/// Nodes, vertices and placements of a drawing; an axis and a polygon take a few each.
-pub const MOST_POINTS: usize = 2_000_000;
 /// Operations that a module takes about.
 const MODULE: u64 = 4;
 
 /// Follows the turtle through a word. It starts at the origin with heading +Y, left −X and up +Z.
 ///
 /// # Errors
-/// Brackets or braces that don't match, places that are no numbers, more points than a plant can have; when it is stopped.
-pub fn draw(word: &Word, how: &Interpretation, watch: Watch) -> Result<Drawing, Error> {
-    let mut turtle = Turtle::new(how, Some(Drawing::default()));
-    turtle.follow(word, watch.pace())?;
-    let measure = turtle.measure;
-    Ok(Drawing { measure, ..turtle.drawing.unwrap_or_default() })
-}
-
-/// The figures of what [`draw`] would draw, without keeping it.
-///
-/// # Errors
-/// As [`draw`], but for the number of points.
-pub fn measure(word: &Word, how: &Interpretation) -> Result<Measure, Error> {
-    let mut turtle = Turtle::new(how, None);
-    turtle.follow(word, Watch::NONE.pace())?;
-    Ok(turtle.measure)
+/// Brackets or braces that don't match, places that are no numbers, more points than `limits` allow; when it is stopped.
+pub fn draw(word: &Word, how: &Interpretation, limits: &Limits) -> Result<Drawing, Error> {
+    let mut turtle = Turtle::new(how, limits.points);
+    turtle.follow(word, limits.watch.pace())?;
+    Ok(turtle.drawing)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -249,13 +232,13 @@ struct Turtle<'a> {
     states: Vec<(State, u64)>,
     /// With the places of their braces. `]` leaves these as they are.
     polygons: Vec<(Polygon, u64)>,
-    measure: Measure,
-    drawing: Option<Drawing>,
+    drawing: Drawing,
     points: usize,
+    most_points: usize,
 }
 
 impl<'a> Turtle<'a> {
-    fn new(how: &'a Interpretation, drawing: Option<Drawing>) -> Self {
+    fn new(how: &'a Interpretation, most_points: usize) -> Self {
         let angles = [how.angle, how.pitch.unwrap_or(how.angle), how.roll.unwrap_or(how.angle)];
         Turtle {
             how,
@@ -272,9 +255,9 @@ impl<'a> Turtle<'a> {
             },
             states: Vec::new(),
             polygons: Vec::new(),
-            measure: Measure::default(),
-            drawing,
+            drawing: Drawing::default(),
             points: 0,
+            most_points,
         }
     }
 
@@ -301,7 +284,7 @@ impl<'a> Turtle<'a> {
         if let Some(&(_, place)) = self.polygons.last() {
             return Err(Error { problem: Problem::OpenBrace, place, symbol: '{' });
         }
-        self.measure.end = self.state.position;
+        self.drawing.measure.end = self.state.position;
         Ok(())
     }
 
@@ -326,8 +309,8 @@ impl<'a> Turtle<'a> {
                 }
                 self.states.push((self.state, place));
                 self.state.axis = None;
-                self.measure.brackets += 1;
-                self.measure.depth = self.measure.depth.max(self.states.len() as u32);
+                self.drawing.measure.brackets += 1;
+                self.drawing.measure.depth = self.drawing.measure.depth.max(self.states.len() as u32);
             }
             Command::Close => {
                 self.leave_axis();
@@ -371,11 +354,11 @@ impl<'a> Turtle<'a> {
             self.leave_axis();
         }
         self.state.position = to;
-        let [least, greatest] = self.measure.bounds;
-        self.measure.bounds = [least.min(to), greatest.max(to)];
+        let [least, greatest] = self.drawing.measure.bounds;
+        self.drawing.measure.bounds = [least.min(to), greatest.max(to)];
         if draws {
-            self.measure.segments += 1;
-            self.measure.length += length.abs();
+            self.drawing.measure.segments += 1;
+            self.drawing.measure.length += length.abs();
             if let Some(tropism) = self.how.tropism {
                 self.state.bend(tropism);
             }
@@ -385,16 +368,15 @@ impl<'a> Turtle<'a> {
 
     /// Adds to the axis, which begins here if there is none.
     fn segment(&mut self, to: DVec3) -> Result<(), Problem> {
-        let Some(drawing) = &mut self.drawing else { return Ok(()) };
-        let State { position, width, color, axis, .. } = self.state;
-        let node = |position| Node { position, width, color };
-        let index = axis.unwrap_or(drawing.axes.len());
+        let State { position, width, axis, .. } = self.state;
+        let node = |position| Node { position, width };
+        let axes = &mut self.drawing.axes;
+        let index = axis.unwrap_or(axes.len());
         if axis.is_none() {
-            let depth = self.states.len() as u32;
-            drawing.axes.push(Axis { nodes: Vec::with_capacity(2), depth });
+            axes.push(Axis { nodes: Vec::with_capacity(2) });
             self.points += 3;
         }
-        let nodes = &mut drawing.axes[index].nodes;
+        let nodes = &mut axes[index].nodes;
         nodes.pop();
         nodes.extend([node(position), node(to)]);
         self.state.axis = Some(index);
@@ -404,7 +386,7 @@ impl<'a> Turtle<'a> {
     /// What comes next does not continue the axis: its last node gets the width that is in force.
     fn leave_axis(&mut self) {
         let Some(index) = self.state.axis.take() else { return };
-        let axis = self.drawing.as_mut().and_then(|drawing| drawing.axes.get_mut(index));
+        let axis = self.drawing.axes.get_mut(index);
         if let Some(node) = axis.and_then(|axis| axis.nodes.last_mut()) {
             node.width = self.state.width;
         }
@@ -419,39 +401,35 @@ impl<'a> Turtle<'a> {
 
     fn end_polygon(&mut self) -> Result<(), Problem> {
         let Some((polygon, _)) = self.polygons.pop() else { return Err(Problem::NoBrace) };
-        self.measure.polygons += 1;
-        self.measure.polygon_vertices += polygon.vertices.len() as u64;
-        self.measure.polygon_area += vector_area(&polygon.vertices).length();
-        if !self.measure.polygon_area.is_finite() {
+        self.drawing.measure.polygons += 1;
+        self.drawing.measure.polygon_vertices += polygon.vertices.len() as u64;
+        self.drawing.measure.polygon_area += vector_area(&polygon.vertices).length();
+        if !self.drawing.measure.polygon_area.is_finite() {
             return Err(Problem::NotFinite);
         }
-        match &mut self.drawing {
-            Some(drawing) if polygon.vertices.len() >= 3 => {
-                drawing.polygons.push(polygon);
-                self.take_points(3)
-            }
-            _ => {
-                self.points -= polygon.vertices.len();
-                Ok(())
-            }
+        if polygon.vertices.len() < 3 {
+            self.points -= polygon.vertices.len();
+            return Ok(());
         }
+        self.drawing.polygons.push(polygon);
+        self.take_points(3)
     }
 
     fn place(&mut self, name: Module) -> Result<(), Problem> {
         if "[]{}.~@%".contains(name.symbol) {
             return Err(Problem::NoModel);
         }
-        let Some(drawing) = &mut self.drawing else { return Ok(()) };
-        let State { position, heading, left, up, color, .. } = self.state;
+        let State { position, heading, left, up, .. } = self.state;
         let frame = DMat3::from_cols(heading, left, up);
         let scale = name.parameters.first().copied().unwrap_or(1.0);
-        drawing.placements.push(Placement { symbol: name.symbol, position, frame, scale, color });
+        self.drawing.placements.push(Placement { symbol: name.symbol, position, frame, scale });
         self.take_points(4)
     }
 
     fn take_points(&mut self, points: usize) -> Result<(), Problem> {
         self.points += points;
-        if self.points > MOST_POINTS { Err(Problem::TooMany) } else { Ok(()) }
+        let limit = self.most_points;
+        if self.points > limit { Err(Problem::TooMany { limit }) } else { Ok(()) }
     }
 }
 

@@ -221,10 +221,19 @@ impl World {
     /// The model of a variant of a species, by its index in [`World::plants`].
     ///
     /// # Errors
-    /// Why it can't grow, with its place in the file.
-    pub fn grow(&self, species: usize, variant: u32, limits: &Limits) -> Result<Model, Error> {
-        let grown = self.plants.species[species].grow(self.seed_of(species), variant, limits);
-        grown.map_err(|error| self.written[species].blame(&error))
+    /// Why it can't grow: [`World::blame`] knows its place in the file.
+    pub fn grow(
+        &self,
+        species: usize,
+        variant: u32,
+        limits: &Limits,
+    ) -> Result<Model, plants::species::Error> {
+        self.plants.species[species].grow(self.seed_of(species), variant, limits)
+    }
+
+    /// Why a species can't grow, with the place in the file.
+    pub fn blame(&self, species: usize, error: &plants::species::Error) -> Error {
+        self.written[species].blame(error)
     }
 
     /// Sentences about what of a species is unfinished, see [`plants::species::Species::unfinished`].

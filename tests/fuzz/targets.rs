@@ -7,7 +7,7 @@ use terrane::core::mesh::Mesh;
 use terrane::formats::{self, Hints, Window, model, png, raw, tiff};
 use terrane::plants::derive::{Derivation, Limits};
 use terrane::plants::grammar::Grammar;
-use terrane::plants::turtle::{self, Interpretation};
+use terrane::plants::turtle::{self, Drawing, Interpretation};
 use terrane::plants::watch::Watch;
 use terrane::scene::{Level, Material, Model, Part};
 use terrane::world::thesis::{self, Contents, Folder};
@@ -37,7 +37,7 @@ pub const TARGETS: [Target; 6] = [
 
 /// What a mistake costs is bounded by what is allowed; here that is little, so that there are many trials.
 const LIMITS: Limits =
-    Limits { modules: 20_000, bytes: 4 << 20, steps: 100, work: 2_000_000, watch: Watch::NONE };
+    Limits { modules: 20_000, bytes: 4 << 20, steps: 100, work: 2_000_000, points: 40_000, watch: Watch::NONE };
 
 // Grammars -----------------------------------------------------------------------------------------------------------
 
@@ -151,8 +151,9 @@ fn grow(grammar: &Grammar) -> Result<String, (String, std::ops::Range<usize>)> {
         derivation.step().map_err(told)?;
     }
     let word = derivation.into_word();
-    Ok(match turtle::measure(&word, &Interpretation { angle: 0.4, ..Interpretation::default() }) {
-        Ok(measure) => format!("polygons {} brackets {}", measure.polygons.min(2), measure.brackets.min(2)),
+    let how = Interpretation { angle: 0.4, ..Interpretation::default() };
+    Ok(match turtle::draw(&word, &how, &LIMITS) {
+        Ok(Drawing { measure, .. }) => format!("polygons {} brackets {}", measure.polygons.min(2), measure.brackets.min(2)),
         Err(error) => error.to_string(),
     })
 }

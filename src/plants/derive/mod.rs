@@ -36,6 +36,8 @@ pub struct Limits<'a> {
     /// Modules read and written, rules tried and operations of expressions, in all steps together: a few nanoseconds
     /// each.
     pub work: u64,
+    /// Nodes, vertices and placements of the drawing; an axis and a polygon take a few each.
+    pub points: usize,
     /// Who looks in, and may end it.
     pub watch: Watch<'a>,
 }
@@ -43,7 +45,16 @@ pub struct Limits<'a> {
 impl Default for Limits<'_> {
     fn default() -> Self {
         let watch = Watch::NONE;
-        Limits { modules: 10_000_000, bytes: 192 << 20, steps: 100_000, work: 1_000_000_000, watch }
+        let points = 2_000_000;
+        Limits { modules: 10_000_000, bytes: 192 << 20, steps: 100_000, work: 1_000_000_000, points, watch }
+    }
+}
+
+impl Limits<'_> {
+    /// With the memory that each of so many has when they share it.
+    pub fn shared(self, among: usize) -> Self {
+        let among = among.max(1);
+        Limits { bytes: self.bytes / among as u64, points: self.points / among, ..self }
     }
 }
 

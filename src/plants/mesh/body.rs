@@ -135,7 +135,6 @@ impl Stem {
         let node = |node: &Node| Node {
             position: place.transform_point3(node.position),
             width: scale * node.width,
-            color: node.color,
         };
         Stem { material: self.material, nodes: self.nodes.iter().map(node).collect() }
     }

@@ -61,13 +61,13 @@ impl Plan {
     /// The kinds that rules name, of these models: those of [`Plan::variants`] and [`Plan::models`], in that order.
     pub fn kinds(&self, models: &[Arc<Model>]) -> Vec<Kind> {
         let variants = self.variants();
-        let kind = |(index, species): (usize, &Arc<Species>)| {
+        let kind = |index: usize| {
             let range = variants.partition_point(|(other, _)| *other < index)
                 ..variants.partition_point(|(other, _)| *other <= index);
-            Kind::of_models(&species.name, range.start as u32, models.get(range).unwrap_or_default())
+            Kind::of_models(range.start as u32, models.get(range).unwrap_or_default())
         };
         let solid = |(index, model)| Kind::of_solid((variants.len() + index) as u32, model);
-        let species = self.species.iter().enumerate().map(kind);
+        let species = (0..self.species.len()).map(kind);
         species.chain(self.models.iter().enumerate().map(solid)).collect()
     }
 
@@ -76,11 +76,15 @@ impl Plan {
     /// # Errors
     /// Where a rule would be refused on any ground.
     pub fn foresee(&self, extent: f32) -> Result<u64, Error> {
-        let standing: usize = self.standing.iter().map(|population| population.instances.len()).sum();
-        self.rules.iter().try_fold(standing as u64, |sum, rule| {
+        self.rules.iter().try_fold(self.standing(), |sum, rule| {
             let plants = rule.foresee(extent)?.ceil() as u64;
             Ok(sum.saturating_add(plants))
         })
+    }
+
+    /// How many things stand already.
+    pub fn standing(&self) -> u64 {
+        self.standing.iter().map(|population| population.instances.len() as u64).sum()
     }
 
     /// What the rules need to know of the land.
@@ -194,6 +198,8 @@ pub struct Planter<'a> {
     instances: Vec<Instance>,
     crowns: Vec<Crowns>,
     done: usize,
+    /// Things of the world that stand beside them.
+    others: u64,
     most: u64,
 }
 
@@ -201,12 +207,17 @@ impl<'a> Planter<'a> {
     /// `ground` has measured what the rules need; the rules' kinds are indices into `kinds`.
     pub fn new(rules: &'a [Rule], kinds: &'a [Kind], ground: &'a Ground, camera: &'a Pinhole) -> Self {
         let (instances, crowns) = (Vec::new(), Vec::new());
-        Planter { rules, kinds, ground, camera, instances, crowns, done: 0, most: MOST_PLANTS }
+        Planter { rules, kinds, ground, camera, instances, crowns, done: 0, others: 0, most: MOST_PLANTS }
     }
 
     /// Allows so many plants, in place of [`MOST_PLANTS`].
     pub fn at_most(self, most: u64) -> Self {
         Planter { most, ..self }
+    }
+
+    /// Counts so many other things with the plants.
+    pub fn beside(self, others: u64) -> Self {
+        Planter { others, ..self }
     }
 
     /// Follows the next rule; false if there was none left.
@@ -244,7 +255,7 @@ impl<'a> Planter<'a> {
     }
 
     fn check(&self, rule: &Rule, more: f64) -> Result<(), Error> {
-        let count = self.instances.len() as u64 + more.ceil() as u64;
+        let count = self.others.saturating_add(self.instances.len() as u64 + more.ceil() as u64);
         let (name, most) = (rule.name.clone(), self.most);
         if count > most { Err(Error::TooMany { rule: name, count, most }) } else { Ok(()) }
     }

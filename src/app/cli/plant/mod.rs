@@ -8,6 +8,7 @@ use super::output::{check_extension, print};
 use crate::app::report::Details;
 use crate::app::{Error, Session, growth, interrupt};
 use crate::formats::{self, file, gltf, obj, ply};
+use crate::plants::derive::Limits;
 use crate::plants::species::Seen;
 use crate::scene::Model;
 use crate::world::species::{self, Loaded};
@@ -122,17 +123,15 @@ fn grow(loaded: &Loaded, arguments: &Arguments, session: &mut Session) -> Result
     }
     // As in a world that calls the species by this name.
     let seed = species::seed(arguments.seed, name);
-    let grown = growth::side_by_side(1, session, |_, limits| {
-        let grow = || {
-            let mut stats = arguments.stats.then(|| Stats::of(species, arguments.variant));
-            let see = |seen: Seen| stats.iter_mut().for_each(|stats| stats.see(&seen));
-            let body = species.body_seen(seed, arguments.variant, limits, see)?;
-            let model = species.model(&body, limits.watch)?;
-            stats.iter_mut().for_each(|stats| stats.end(&body, &model));
-            Ok((model, stats, species.unfinished(seed, limits)))
-        };
-        grow().map_err(|error| source.blame(&error).into())
-    })?;
+    let grow = |_, limits: &Limits| {
+        let mut stats = arguments.stats.then(|| Stats::of(species, arguments.variant));
+        let see = |seen: Seen| stats.iter_mut().for_each(|stats| stats.see(&seen));
+        let body = species.body_seen(seed, arguments.variant, limits, see)?;
+        let model = species.model(&body, limits.watch)?;
+        stats.iter_mut().for_each(|stats| stats.end(&body, &model));
+        Ok((model, stats, species.unfinished(seed, limits)))
+    };
+    let grown = growth::side_by_side(1, session, grow, |_, error| source.blame(error).into())?;
     let Some((model, stats, unfinished)) = grown.into_iter().next() else {
         return Err(Error::Interrupted { written: 0, kept: None });
     };
