@@ -151,7 +151,8 @@ fn the_books_figures_come_out_in_every_number() {
         assert_eq!(word.counts(), expected.counts, "{id}");
         assert_eq!(hexadecimal(&word.sha256()), expected.sha256_symbols, "{id}");
 
-        let measure = |side| turtle::draw(&word, &system.interpretation(side), &Limits::default()).unwrap().measure;
+        let measure =
+            |side| turtle::draw(&word, &system.interpretation(side), &Limits::default()).unwrap().measure;
         let left = measure(Side::Left);
         assert_eq!(left.brackets, expected.branches, "{id}");
         assert_eq!(left.depth, expected.max_bracket_depth, "{id}");

@@ -25,6 +25,9 @@ const MISTAKES: &[Case] = &[
     ("axiom F\naxiom A", [2, 1], "there is an axiom already", "one axiom"),
     ("axiom F\nF", [2, 1], "it has no `->`", "`axiom WORD`, `name = expression` or `A -> WORD`"),
     ("axiom F\nF - > A", [2, 1], "it has no `->`", "`A -> WORD`"),
+    ("axiom F\np1 : F -> FF", [2, 1], "`p1` is no module, and lines have no labels", "as `A -> WORD`"),
+    ("omega : F\nF -> FF", [1, 1], "`omega` is no module", "`axiom WORD`"),
+    ("axiom : F", [1, 1], "`axiom` is no module", "`axiom WORD`"),
     ("axiom F\n-> A", [2, 1], "the rule has no module", "what it rewrites, as `A(x)`"),
     ("axiom F\nFF -> A", [2, 2], "unexpected `F`", "one module only"),
     ("axiom F\n[ -> A", [2, 1], "brackets and `%` can't be rewritten", "another symbol"),
@@ -319,6 +322,10 @@ fn what_is_hardly_meant_is_warned_of() {
         ("r = 2\naxiom F", "3", "`r` is not used"),
         ("r = 2\naxiom A(r)\nA(r) -> F(r)", "5", "the parameter `r` hides a constant"),
         ("axiom A(1)A(1,2)\nA(x,y) -> F", "3", "no rule is for `A` with 1 parameter"),
+        ("#ignore : + -\naxiom F", "3", "`ignore = \"+-\"`"),
+        ("axiom F\n#define r 3 * 2", "4", "`r = 3 * 2`"),
+        ("axiom F\n#include <stdio.h>", "4", "`#include` begins a comment"),
+        ("axiom F\nF -> !(1-2)F", "4", "this width is negative"),
         ("axiom ~FA\nA -> F\nF -> FF", "3", "the sub-model `F` has a rule"),
     ] {
         let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\norgans.F.grammar = 'axiom F'\n");
@@ -419,6 +426,36 @@ fn plants_that_grow_side_by_side_keep_to_the_limit_together() {
             assert_eq!(output.status.code(), Some(code), "{steps} steps, {threads} threads: {told}");
             assert!(code == 0 || told.contains("201326592 are allowed"), "{threads} threads: {told}");
         }
+    }
+    // The file is right.
+    let text = "format = 1\nplants = [{ scatter = { species = ['a'] } }]\n\
+                species.a = { steps = 2, grammar = \"axiom FA\\nA -> AA\" }\n";
+    fs::write(folder.path().join("world.toml"), text).unwrap();
+    let arguments = ["check", "world.toml", "--no-time", "--quiet", "--set", "species.a.steps=30"];
+    let output = within(folder.path(), LIMIT + (16 << 10), &arguments, "1");
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert!(told.contains("--set species.a.steps=30") && !told.contains("world.toml:"), "{told}");
+    assert!(told.contains("`species.a.steps` is too much: step 24"), "{told}");
+}
+
+/// A plant of which nothing is seen has one level of detail, and says so.
+#[test]
+fn what_draws_nothing_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    for (keys, grammar, is_empty) in
+        [("width = 0", "FF", true), ("", "!(-1)FF", true), ("", "f", true), ("", "F", false)]
+    {
+        let text = format!("format = 1\n{keys}\ngrammar = 'axiom {grammar}'\n");
+        fs::write(folder.path().join("plant.toml"), text).unwrap();
+        let arguments = ["plant", "plant.toml", "--stats", "--json", "-o", "plant.glb"];
+        let output = within(folder.path(), LIMIT, &arguments, "1");
+        let told = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success(), "{told} {}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(told.contains("draws nothing"), is_empty, "{keys} {grammar}: {told}");
+        let file = fs::read(folder.path().join("plant.glb")).unwrap();
+        let has_null = file.windows(4).any(|bytes| bytes == b"null" || bytes == b"NaN ");
+        assert!(!has_null, "{keys} {grammar}");
     }
 }
 

@@ -154,6 +154,67 @@ fn plants_of_landscapes_have_the_size_and_the_leaves_that_they_should() {
     }
 }
 
+/// Least and greatest as people read them: two or three figures, and one number where these are the same.
+fn range(values: &[f64], unit: &str) -> String {
+    let [least, most] = [f64::INFINITY, f64::NEG_INFINITY];
+    let (least, most) =
+        values.iter().fold((least, most), |(least, most), value| (least.min(*value), most.max(*value)));
+    let decimals = if most < 1.0 { 2 } else { usize::from(most < 20.0) };
+    let [least, most] = [least, most].map(|value| match value {
+        0.0 => "0".into(),
+        _ => format!("{value:.decimals$}"),
+    });
+    if least == most { format!("{most}{unit}") } else { format!("{least}–{most}{unit}") }
+}
+
+/// The figures of a row in the table of docs/species.md, of all variants.
+fn figures(name: &str) -> String {
+    let loaded = load(name);
+    let [mut heights, mut widths, mut leaves, mut triangles] = [const { Vec::new() }; 4];
+    let mut levels = Vec::new();
+    for variant in 0..loaded.species.variants {
+        let body = body(&loaded, variant);
+        let [least, most] = body.bounds().unwrap();
+        heights.push(most.y);
+        widths.push((most.x - least.x + most.z - least.z) / 2.0);
+        leaves.push(body.leaf_area());
+        let model = loaded.species.model(&body, Watch::NONE).unwrap();
+        triangles.push(model.levels[0].triangles());
+        levels.push(model.levels.len());
+    }
+    let whole = |counts: &[usize]| {
+        let [least, most] = [counts.iter().min().unwrap(), counts.iter().max().unwrap()];
+        if least == most { most.to_string() } else { format!("{least}–{most}") }
+    };
+    let thousands: Vec<f64> = triangles.iter().map(|&count| count as f64 / 1000.0).collect();
+    let are_many = triangles.iter().all(|&count| count >= 1000);
+    let triangles = if are_many { range(&thousands, " k") } else { whole(&triangles) };
+    let [heights, widths, leaves] = [heights, widths, leaves].map(|values| range(&values, ""));
+    let (levels, variants) = (whole(&levels), loaded.species.variants);
+    format!("{heights} | {widths} | {leaves} | {triangles} | {levels} | {variants}")
+}
+
+#[test]
+fn the_table_of_species_has_their_figures() {
+    let path = Path::new("docs/species.md");
+    let text = fs::read_to_string(path).unwrap();
+    let mut rows = 0;
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let name = cells.get(1).unwrap_or(&"").trim_matches('`').to_string();
+        if !PORTRAITS.iter().any(|portrait| portrait.name == name) {
+            return format!("{line}\n");
+        }
+        rows += 1;
+        format!("| `{name}` | {} | {} |\n", cells[2], figures(&name))
+    };
+    let wanted: String = text.lines().map(row).collect();
+    assert_eq!(rows, PORTRAITS.len());
+    if let Err(difference) = check_committed(path, &wanted) {
+        panic!("run this test with {BLESS}=1 and commit docs/species.md\n{difference}");
+    }
+}
+
 // Nothing floats -----------------------------------------------------------------------------------------------------
 
 /// A line of a plant: a piece of a branch with its radius, or an edge of a leaf.

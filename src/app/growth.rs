@@ -66,9 +66,8 @@ pub fn side_by_side<T: Send>(
     let mut waiting: Vec<usize> = (0..count).collect();
     while !waiting.is_empty() {
         let results = in_turn(&waiting, threads, |index| grow_one(index, threads));
-        let waits = |(_, result): &Grown<T>| {
-            threads > 1 && result.as_ref().is_err_and(species::Error::is_of_memory)
-        };
+        let waits =
+            |(_, result): &Grown<T>| threads > 1 && result.as_ref().is_err_and(species::Error::is_of_memory);
         let (too_large, more): (Vec<_>, Vec<_>) = results.into_iter().partition(waits);
         grown.extend(more);
         waiting = too_large.into_iter().map(|(index, _)| index).collect();

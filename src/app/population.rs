@@ -87,9 +87,11 @@ pub fn models(world: &World, session: &mut Session) -> Result<Vec<Arc<Model>>, E
         world.blame(species, error).into()
     };
     let models = growth::side_by_side(variants.len(), session, grow, blame)?;
-    for (species, _) in variants.iter().filter(|(_, variant)| *variant == 0) {
+    for (&(species, _), model) in variants.iter().zip(&models).filter(|((_, variant), _)| *variant == 0) {
         interrupt::check(&session.report)?;
-        world.unfinished(*species, &Limits::default()).into_iter().for_each(|warning| session.warn(warning));
+        let unfinished = world.unfinished(species, &Limits::default());
+        let empty = model.is_empty().then(|| world.warn_empty(species));
+        unfinished.into_iter().chain(empty).for_each(|warning| session.warn(warning));
     }
     Ok(models)
 }

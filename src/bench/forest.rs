@@ -132,11 +132,10 @@ fn world() -> Result<World, Error> {
 }
 
 fn grow(world: &World) -> Result<Vec<Arc<Model>>, Error> {
-    let grow =
-        |(index, variant): (usize, u32)| {
-            let grown = world.grow(index, variant, &Limits::default());
-            Ok(Arc::new(grown.map_err(|error| world.blame(index, &error))?))
-        };
+    let grow = |(index, variant): (usize, u32)| {
+        let grown = world.grow(index, variant, &Limits::default());
+        Ok(Arc::new(grown.map_err(|error| world.blame(index, &error))?))
+    };
     world.plants.variants().into_par_iter().map(grow).collect()
 }
 

@@ -52,6 +52,11 @@ pub struct Instance {
 }
 
 impl Model {
+    /// Whether nothing is seen of it.
+    pub fn is_empty(&self) -> bool {
+        self.levels.iter().all(|level| level.triangles() == 0)
+    }
+
     /// Least and greatest coordinates of the finest level.
     pub fn bounds(&self) -> [Vec3; 2] {
         let parts = self.levels.first().into_iter().flat_map(|level| &level.parts);

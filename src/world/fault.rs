@@ -247,6 +247,12 @@ pub fn together(mut reports: Vec<String>) -> String {
 }
 
 impl Text {
+    /// Whether the command line says what a key is.
+    pub fn sets(&self, path: &KeyPath) -> bool {
+        let says = |setting: &Setting| find(setting.document(), path, Mark::Value, setting.raw()).is_some();
+        self.settings.iter().any(says)
+    }
+
     /// As [`Sources::sentences`].
     pub fn sentences(&self, faults: &[Fault]) -> Vec<String> {
         self.sources().map(|sources| sources.sentences(faults)).unwrap_or_default()

@@ -242,6 +242,11 @@ impl World {
         unfinished.iter().map(|unfinished| self.written[species].warn(unfinished)).collect()
     }
 
+    /// A sentence that a species shows nothing.
+    pub fn warn_empty(&self, species: usize) -> String {
+        self.written[species].warn_empty()
+    }
+
     fn seed_of(&self, species: usize) -> u32 {
         species::seed(self.seed, &self.plants.species[species].name)
     }

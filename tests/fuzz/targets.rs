@@ -36,8 +36,14 @@ pub const TARGETS: [Target; 6] = [
 ];
 
 /// What a mistake costs is bounded by what is allowed; here that is little, so that there are many trials.
-const LIMITS: Limits =
-    Limits { modules: 20_000, bytes: 4 << 20, steps: 100, work: 2_000_000, points: 40_000, watch: Watch::NONE };
+const LIMITS: Limits = Limits {
+    modules: 20_000,
+    bytes: 4 << 20,
+    steps: 100,
+    work: 2_000_000,
+    points: 40_000,
+    watch: Watch::NONE,
+};
 
 // Grammars -----------------------------------------------------------------------------------------------------------
 
@@ -153,7 +159,9 @@ fn grow(grammar: &Grammar) -> Result<String, (String, std::ops::Range<usize>)> {
     let word = derivation.into_word();
     let how = Interpretation { angle: 0.4, ..Interpretation::default() };
     Ok(match turtle::draw(&word, &how, &LIMITS) {
-        Ok(Drawing { measure, .. }) => format!("polygons {} brackets {}", measure.polygons.min(2), measure.brackets.min(2)),
+        Ok(Drawing { measure, .. }) => {
+            format!("polygons {} brackets {}", measure.polygons.min(2), measure.brackets.min(2))
+        }
         Err(error) => error.to_string(),
     })
 }

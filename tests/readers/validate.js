@@ -12,7 +12,8 @@ const validator = require(path.join(modules, 'gltf-validator'));
     for (const file of files) {
         const report = await validator.validateBytes(new Uint8Array(fs.readFileSync(file)), { maxIssues: 0 });
         const { numErrors, numWarnings, numInfos, messages } = report.issues;
-        const { totalVertexCount, totalTriangleCount } = report.info;
+        // Of a file that is none there is no more to say than that.
+        const { totalVertexCount = 0, totalTriangleCount = 0 } = report.info ?? {};
         console.log(`${path.basename(file)}: ${totalVertexCount} vertices, ${totalTriangleCount} triangles, ` +
             `${numErrors} errors, ${numWarnings} warnings, ${numInfos} infos`);
         messages.filter((message) => message.severity < 2).forEach((message) => console.error(message));

@@ -56,6 +56,9 @@ const STAYS: u32 = u32::MAX;
 /// The place in the grammar of the number that chooses a rule.
 const CHOICE: u32 = u32::MAX;
 
+/// Operations that trying a rule takes about, beside those of its condition.
+const TRIAL: u64 = 5;
+
 /// The next word, before it is written.
 struct Plan {
     modules: u64,
@@ -286,7 +289,7 @@ impl<'a> Derivation<'a> {
         plan: &mut Plan,
     ) -> Result<bool, Error> {
         let rule = &self.grammar.rules[index];
-        let cost = 1 + rule.condition.as_ref().map_or(0, |condition| condition.cost);
+        let cost = TRIAL + rule.condition.as_ref().map_or(0, |condition| condition.cost);
         self.spend(cost, Some(index))?;
         self.pace.count(cost).map_err(|stopped| self.stopped(stopped))?;
         if rule.has_context() && !self.fits(index, at)? {

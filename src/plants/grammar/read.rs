@@ -29,7 +29,13 @@ pub fn grammar(text: &str, ignore: &str) -> Result<Grammar, Vec<Error>> {
             break;
         }
     }
-    if errors.is_empty() { reader.finish(ignore).map_err(|error| vec![error]) } else { Err(errors) }
+    if errors.is_empty() {
+        return reader.finish(ignore).map_err(|error| vec![error]);
+    }
+    // What is missing may stand there.
+    let directives = warnings::directives(text).into_iter().take(MOST_ERRORS - errors.len());
+    errors.extend(directives.map(|warning| Error::new(warning.span, warning.problem, warning.expected)));
+    Err(errors)
 }
 
 struct Reader<'a> {
@@ -70,6 +76,14 @@ impl<'a> Reader<'a> {
         }
         let name = cursor.name();
         let span = line.start..cursor.last();
+        if cursor.peek() == Some(':') && name.chars().nth(1).is_some() {
+            let problem = format!("`{}` is no module, and lines have no labels", cut(name));
+            let expected = match name {
+                "omega" | "axiom" => "`axiom WORD`",
+                _ => "the rule alone, as `A -> WORD`",
+            };
+            return Err(Error::new(span, problem, expected));
+        }
         let spaced = self.text[span.end..line.end].chars().next().is_none_or(char::is_whitespace);
         if cursor.peek() == Some('=') {
             self.constant(name, span, cursor)
@@ -303,6 +317,11 @@ impl<'a> Reader<'a> {
                 }
             }
             match symbol {
+                '!' => {
+                    let is_negative = |code: &&Code| code.constant().is_some_and(|width| width < 0.0);
+                    let width = word.arguments.get(first).filter(is_negative);
+                    self.uses.negative_widths.extend(width.map(|code| code.span.clone()));
+                }
                 '[' => open.push(start),
                 ']' if open.pop().is_none() => return Err(no_opening(start)),
                 _ => {}
@@ -350,7 +369,7 @@ impl<'a> Reader<'a> {
         let rules = self.rules;
         let mut grammar =
             Grammar { alphabet: letters.into(), axiom, rules, rules_of, ignored, warnings: Vec::new() };
-        grammar.warnings = warnings::all(&grammar, &self.constants, &self.hidden, &self.uses);
+        grammar.warnings = warnings::all(self.text, &grammar, &self.constants, &self.hidden, &self.uses);
         Ok(grammar)
     }
 }

@@ -35,6 +35,10 @@ pub enum WarningKind {
     OpenBrace,
     /// A `~` or `@` with nothing behind it that could name a sub-model.
     NoModel,
+    /// A line that is a directive in the book, and a comment here.
+    Directive,
+    /// A width that is drawn as none.
+    NegativeWidth,
 }
 
 /// Where letters stand first in words.
@@ -45,6 +49,8 @@ pub struct Uses {
     models: HashMap<LetterId, Range<usize>>,
     /// Those that have nothing behind them, whatever becomes of the word.
     pub nameless: Vec<(LetterId, Range<usize>)>,
+    /// Parameters of `!`.
+    pub negative_widths: Vec<Range<usize>>,
     /// One that ends the word that was read last.
     pub last: Option<(LetterId, Range<usize>)>,
     /// Of the axiom and the words of rules, in the order of the text.
@@ -77,14 +83,44 @@ impl Uses {
     }
 }
 
+/// Lines that are directives in the book (Prusinkiewicz & Lindenmayer 1990), and comments here.
+pub fn directives(text: &str) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    let mut end = 0;
+    for line in text.split_inclusive('\n') {
+        let start = end + line.len() - line.trim_start().len();
+        end += line.len();
+        let Some(written) = line.trim().strip_prefix('#') else { continue };
+        let (name, rest) = written.split_once([' ', '\t', ':']).unwrap_or((written, ""));
+        let rest = rest.trim_start_matches([' ', '\t', ':']);
+        let expected = match name {
+            "ignore" => {
+                let symbols: String = rest.split_whitespace().collect();
+                format!("symbols that are no context stand in a key: `ignore = \"{}\"`", cut(&symbols))
+            }
+            "define" => {
+                let (constant, value) = rest.split_once([' ', '\t']).unwrap_or((rest, "…"));
+                format!("a constant is written `{} = {}`", cut(constant), cut(value.trim()))
+            }
+            "include" => "no other file is read: write what is in it".into(),
+            _ => continue,
+        };
+        let problem = format!("`#{name}` begins a comment");
+        let span = start..start + 1 + name.len();
+        warnings.push(Warning { kind: WarningKind::Directive, span, problem, expected });
+    }
+    warnings
+}
+
 /// All warnings, in the order of the text.
 pub fn all(
+    text: &str,
     grammar: &Grammar,
     constants: &HashMap<String, Constant>,
     hidden: &[Parameter],
     uses: &Uses,
 ) -> Vec<Warning> {
-    let mut warnings = Vec::new();
+    let mut warnings = directives(text);
     let mut warn = |kind, span: &Range<usize>, problem: String, expected: &str| {
         warnings.push(Warning { kind, span: span.clone(), problem, expected: expected.into() });
     };
@@ -136,6 +172,10 @@ pub fn all(
 
     for (span, problem, expected) in braces(grammar, uses) {
         warn(WarningKind::OpenBrace, span, problem.into(), expected);
+    }
+    for span in &uses.negative_widths {
+        let expected = "0 is drawn in its place, which is nothing";
+        warn(WarningKind::NegativeWidth, span, "this width is negative".into(), expected);
     }
     let rewritten = |id: &LetterId| rules_of(*id).next().is_some();
     for span in uses.nameless.iter().filter(|(id, _)| !rewritten(id)).map(|(_, span)| span) {

@@ -132,10 +132,8 @@ impl Body {
 impl Stem {
     fn transformed(&self, place: &DAffine3) -> Stem {
         let scale = place.matrix3.x_axis.length();
-        let node = |node: &Node| Node {
-            position: place.transform_point3(node.position),
-            width: scale * node.width,
-        };
+        let node =
+            |node: &Node| Node { position: place.transform_point3(node.position), width: scale * node.width };
         Stem { material: self.material, nodes: self.nodes.iter().map(node).collect() }
     }
 

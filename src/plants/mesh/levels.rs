@@ -36,7 +36,7 @@ const STOUT: f64 = 0.5;
 const NODE: u64 = 100;
 const LEAF: u64 = 50;
 
-/// The levels of detail of a plant, the finest first. Parts name materials as the body does.
+/// The levels of detail of a plant, the finest first; no more than that of a plant that shows nothing. Parts name materials as the body does.
 ///
 /// # Errors
 /// When it is stopped.
@@ -50,6 +50,10 @@ pub fn levels(body: &Body, watch: Watch) -> Result<Vec<Level>, Stopped> {
     let elements = elements(body, roundness, least, most, &mut pace)?;
     let area: f64 = elements.iter().map(|element| element.area).sum();
     let mut levels = vec![whole];
+    if area <= 0.0 {
+        // Nothing is seen of it.
+        return Ok(levels);
+    }
     let mut budget = finest / REDUCTION;
     while budget >= FEW || levels.len() < LEAST_LEVELS {
         // Half the side of a square as large as what a triangle stands for.

@@ -48,6 +48,14 @@ impl Source {
             place = self.place.join("organs").join(symbol);
             error = problem;
         }
+        if let plant::Error::Derive(error) = error {
+            let steps = place.join("steps");
+            if grows_too_far(&error.problem) && self.text.sets(&steps) {
+                let label = "take fewer, or give the rule a condition that ends its growth";
+                let complaint = Complaint::new(format!("is too much: {error}"), label);
+                return Error::Wrong { report: fault::report(&[self.fault(steps, complaint)]) };
+            }
+        }
         let complaint = Complaint::new(format!("can't grow: {error}"), "");
         let complaint = match error {
             plant::Error::Derive(error) => {
@@ -73,16 +81,33 @@ impl Source {
         self.text.sentences(&[fault]).concat()
     }
 
+    /// That a plant of it shows nothing, as a sentence.
+    pub fn warn_empty(&self) -> String {
+        let label = "no segment has a width, and no polygon an area";
+        let fault = self.fault(self.place.join("grammar"), Complaint::new("draws nothing", label));
+        self.text.sentences(&[fault]).concat()
+    }
+
     fn fault(&self, place: KeyPath, complaint: Complaint) -> Fault {
         Fault { text: Some(self.text.clone()), ..complaint.at(place) }
     }
+}
+
+/// Whether fewer steps would help.
+fn grows_too_far(problem: &derive::Problem) -> bool {
+    use derive::Problem::*;
+    matches!(problem, Modules { .. } | Bytes { .. } | Memory { .. } | Work { .. } | Endless { .. })
 }
 
 /// What is to blame, and what to do.
 fn advice(problem: &derive::Problem) -> (&'static str, &'static str) {
     use derive::Problem::*;
     match problem {
-        Modules { .. } | Bytes { .. } | Memory { .. } | Work { .. } => (
+        Work { .. } => (
+            "at work here when the limit was reached",
+            "take fewer `steps`, or fewer rules, or give the rule a condition that ends its growth",
+        ),
+        Modules { .. } | Bytes { .. } | Memory { .. } => (
             "it writes the most of them",
             "take fewer `steps`, or give the rule a condition that ends its growth",
         ),

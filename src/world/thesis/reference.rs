@@ -43,7 +43,8 @@ materials/*.mat  leafs/*.lsys, *.family  trees/*.lsys, *.honda  plants/*.lsys  s
   name stands twice the last one counts. A production is written `Prod A > WORD`, on one line.
 - Files of a folder are read in the order of their names. The folder `leafs` may be missing, and the trees are bare then.
 - What the published program passes over in silence or falls over (unknown names, values out of range, missing files,
-  unbalanced brackets) is an error here that names file, line and column.
+  unbalanced brackets) is an error here that names file, line and column. What shows
+  only while it grows (a word that becomes too long) names the file.
 - `SunColor` has no place in a world: the sun has the colour of the model, and a warning says so unless it is `1 1 1`.
   `SunPower` and `SkyLuminanceFactor` together are the exposure.
 

@@ -136,6 +136,9 @@ fn grow(loaded: &Loaded, arguments: &Arguments, session: &mut Session) -> Result
         return Err(Error::Interrupted { written: 0, kept: None });
     };
     unfinished.iter().for_each(|unfinished| session.warn(source.warn(unfinished)));
+    if model.is_empty() {
+        session.warn(source.warn_empty());
+    }
     if let Some(stats) = stats {
         if !arguments.output.json {
             print(stats.to_string().as_bytes())?;
