@@ -170,8 +170,8 @@ fn range(values: &[f64], unit: &str) -> String {
 /// The figures of a row in the table of docs/species.md, of all variants.
 fn figures(name: &str) -> String {
     let loaded = load(name);
-    let [mut heights, mut widths, mut leaves, mut triangles] = [const { Vec::new() }; 4];
-    let mut levels = Vec::new();
+    let [mut heights, mut widths, mut leaves] = [const { Vec::new() }; 3];
+    let [mut triangles, mut levels] = [const { Vec::new() }; 2];
     for variant in 0..loaded.species.variants {
         let body = body(&loaded, variant);
         let [least, most] = body.bounds().unwrap();
