@@ -213,7 +213,7 @@ fn worlds_tell_which_rule_plants_too_much() {
     let world = "format = 1\nspecies.a = { grammar = 'axiom F' }\n";
     for (rule, wanted) in [
         (
-            "grid = { species = ['a'], cells = [9000, 9000] }",
+            "grid = { species = ['a'], cells = [9000, 9000], cell_size = 0.5 }",
             "`plants.0.grid` would bring the plants to about 81000000",
         ),
         (
@@ -240,7 +240,12 @@ fn folders_of_settings_tell_which_file_fails() {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/thesis/default");
     for (file, from, to, wanted) in [
         ("trees/fork.lsys", "N 6", "N 16", "lower `N`"),
-        ("spawners/meadow.spawner", "GridN 40", "GridN 4000", "would bring the plants to"),
+        (
+            "spawners/meadow.spawner",
+            "N 40\nZGridN 40\nCellSize 0.6",
+            "N 4000\nZGridN 4000\nCellSize 0.01",
+            "would bring the plants to",
+        ),
     ] {
         let _ = fs::remove_dir_all(folder.path().join("settings"));
         copy(&shipped, &folder.path().join("settings"));

@@ -179,6 +179,8 @@ const BEYOND: &[&str] = &[
     "has no use here",
     "must rise",
     "asks for too much work",
+    // Of a grammar, which is a string to the schema.
+    "can't be read: ",
     // JSON takes 512.0 for an integer, and has a date as a string.
     "not a number with a point",
     "not a date",
