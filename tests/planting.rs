@@ -34,14 +34,9 @@ const GRASS: usize = 2;
 
 /// Three kinds of three variants each.
 fn kinds() -> Vec<Kind> {
-    let kind = |name: &str, first, crown, foot, height| Kind {
-        name: name.into(),
-        models: first..first + 3,
-        crown,
-        foot,
-        height,
-    };
-    vec![kind("oak", 0, 4.0, 0.4, 12.0), kind("shrub", 3, 1.0, 0.2, 2.0), kind("grass", 6, 0.2, 0.05, 0.4)]
+    let kind = |first, crown, foot, height| Kind { models: first..first + 3, crown, foot, height };
+    // Oak, shrub, grass.
+    vec![kind(0, 4.0, 0.4, 12.0), kind(3, 1.0, 0.2, 2.0), kind(6, 0.2, 0.05, 0.4)]
 }
 
 fn kind_of(instance: &Instance) -> usize {
@@ -772,7 +767,7 @@ fn too_many_are_refused_before_they_are_planted() {
         assert!(matches!(error, Error::TooMany { .. }), "{error}");
     }
     // What stands already counts, too.
-    let rules = [rule(OAK, dense(5000.0))];
+    let rules = [rule_of(dense(5000.0))];
     let mut planter = Planter::new(&rules, &kinds, &ground, &camera).beside(10_000_000);
     assert!(matches!(planter.step(), Err(Error::TooMany { count: 10_000_001.., .. })));
     // A narrow site asks for few plants and yet for places everywhere.
