@@ -539,7 +539,8 @@ fn within(folder: &Path, kib: u32, arguments: &[&str], threads: &str) -> Output 
         .args(arguments)
         .current_dir(folder)
         .env("RAYON_NUM_THREADS", threads)
-        // The C library would set 64 MiB of addresses aside for each thread.
+        // One heap: glibc has one for each thread, of 64 MiB of addresses, and each keeps some of what was freed. What is
+        // measured is what the program holds.
         .env("MALLOC_ARENA_MAX", "1")
         .output()
         .unwrap()
