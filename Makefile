@@ -13,11 +13,15 @@ CASES ?= 20000
 # In the order of docs/species.md.
 SPECIES = oak beech spruce pine palm dead shrub fern grass tussock daisy poppy
 
-.PHONY: help demo species install test test-long bench fuzz lint doc
+# Pictures of worlds, as docs/pictures/forest_NAME.png.
+FORESTS = default=forest/default dead=forest/dead mountain=forest/mountain reef=landscape/reef_forest
+
+.PHONY: help demo species forests install test test-long bench fuzz lint doc
 
 help:
 	@echo 'make demo       build, and render configs/island/volcano.toml to out/volcano.png'
 	@echo 'make species    pictures of all species, in docs/pictures'
+	@echo 'make forests    pictures of the forests, in docs/pictures; the land of two takes minutes'
 	@echo 'make install    the program, its manual and completions for shells, below PREFIX=$(PREFIX)'
 	@echo 'make test       the test suite, on the Vulkan device that is found (lavapipe will do)'
 	@echo 'make test-long  the tests that take too long for every change'
@@ -39,6 +43,12 @@ species:
 	$(RUN) plant $(SPECIES:%=configs/species/%.toml) -o docs/pictures/species.png --size 200x240
 	$(RUN) plant $(sort $(wildcard configs/species/abop_*.toml configs/species/honda_*.toml)) \
 		-o docs/pictures/species_of_the_book.png --size 136x164
+
+forests:
+	@scripts/install.sh
+	set -e; for forest in $(FORESTS); do \
+		$(RUN) render configs/$${forest#*=}.toml -o docs/pictures/forest_$${forest%%=*}.png --size 800x450; \
+	done
 
 install:
 	@scripts/install.sh
