@@ -7,14 +7,19 @@ use crate::plants::watch::Watch;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Mutex, PoisonError};
 
+/// Most things that grow at a time, and the part of the memory of one that each of them may take. Allocators keep what a thread
+/// has freed: all of these together are a quarter, to which the whole comes when something grows alone.
+const MOST_THREADS: usize = 4;
+const SHARE: usize = 4 * MOST_THREADS;
+
 type Grown<T> = (usize, Result<T, species::Error>);
 
 /// Grows `count` things, the next one whenever a thread is free: the results are in order, whichever was done first. `grow`
 /// is told which one, and within what limits; `blame` makes an error of the first one that can't grow.
 ///
-/// What grows at a time shares the memory that one may take. What has too little then waits, and grows beside half as
-/// many, in the end alone: so it does not depend on the number of threads what can grow. The calling thread grows, too:
-/// one thing needs no other, nor its memory.
+/// What grows side by side has a [`SHARE`] each of the memory that one may take; what needs more waits, and grows alone with
+/// all of it: so it does not depend on the number of threads what can grow. The calling thread grows, too: one thing needs
+/// no other, nor its memory.
 ///
 /// # Errors
 /// The first one in that order; [`Error::Interrupted`].
@@ -47,7 +52,8 @@ pub fn side_by_side<T: Send>(
             }
             is_wanted()
         };
-        let limits = Limits { watch: Watch::new(&look), ..Limits::default() }.shared(threads);
+        let limits = Limits { watch: Watch::new(&look), ..Limits::default() };
+        let limits = if threads > 1 { limits.shared(SHARE) } else { limits };
         let result = grow(index, &limits);
         match &result {
             Ok(_) => {
@@ -61,7 +67,7 @@ pub fn side_by_side<T: Send>(
         Some((index, result))
     };
 
-    let mut threads = rayon::current_num_threads().clamp(1, count);
+    let mut threads = rayon::current_num_threads().min(MOST_THREADS).clamp(1, count);
     let mut grown: Vec<Grown<T>> = Vec::new();
     let mut waiting: Vec<usize> = (0..count).collect();
     while !waiting.is_empty() {
@@ -72,7 +78,7 @@ pub fn side_by_side<T: Send>(
         grown.extend(more);
         waiting = too_large.into_iter().map(|(index, _)| index).collect();
         waiting.sort_unstable();
-        threads = (threads / 2).clamp(1, waiting.len().max(1));
+        threads = 1;
     }
     session.progress.show("growing", done.into_inner(), count as u64);
     session.progress.end();
