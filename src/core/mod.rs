@@ -7,5 +7,6 @@ pub mod hash;
 pub mod map;
 pub mod memory;
 pub mod mesh;
+pub mod octahedron;
 pub mod resample;
 pub mod triangulation;

@@ -4,9 +4,12 @@ use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
 use crate::app::memory::{self, Goal, Limits, check_picture};
 use crate::app::{Error, Session, interrupt, land, population};
+use crate::core::camera::Pinhole;
 use crate::formats;
-use crate::raster::{Picture, Quality, Renderer};
-use crate::scene::Film;
+use crate::gpu::Gpu;
+use crate::raster::{Quality, Renderer};
+use crate::scene::{Film, Picture, Scene};
+use crate::trace::{Settings, Tracer};
 use crate::world::World;
 use clap::{Args, ValueHint};
 use std::path::{Path, PathBuf};
@@ -22,9 +25,13 @@ pub struct Arguments {
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<Size>,
 
-    /// How the picture is made: raster
+    /// How the picture is made: raster or trace
     #[arg(long, value_name = "NAME", default_value = "raster", value_parser = method)]
     renderer: Method,
+
+    /// Samples a pixel, for trace
+    #[arg(long, value_name = "N", default_value_t = 64)]
+    spp: u32,
 
     #[command(flatten)]
     world: WorldOptions,
@@ -38,12 +45,12 @@ pub struct Arguments {
 #[derive(Clone, Copy)]
 enum Method {
     Raster,
+    Trace,
 }
 
 const EXTENSIONS: [&str; 2] = ["png", "exr"];
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
-    let Method::Raster = arguments.renderer;
     let place = arguments.out.as_deref().map(Place::of);
     if let Some(Place::File(path)) = &place {
         check_extension(path, &EXTENSIONS)?;
@@ -64,13 +71,24 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let gpu = land::open(&arguments.device, session)?;
     let planted = !world.plants.rules.is_empty();
     memory::check(&world.plan, |_| Goal::Picture { film, planted }, &Limits::of(&gpu))?;
-    let renderer = Renderer::new(&gpu)?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let camera = land::camera(&gpu, &world, &simulation)?;
     let population = population::populate(&gpu, &world, &simulation, &camera, &film, session)?;
+    let pinhole = population::seen_from(&gpu, &simulation, &camera, &film)?;
     let scene = land::scene(&world, simulation.land()?, camera, population);
     drop(simulation);
-    let mut drawing = renderer.begin(&scene, &film, Quality::default())?;
+    let picture = match arguments.renderer {
+        Method::Raster => raster(&gpu, &scene, &film, session)?,
+        Method::Trace => trace(&gpu, &scene, &film, &pinhole, arguments.spp, session)?,
+    };
+
+    place.make()?;
+    write(&place.file(&name), &picture, &film, session)
+}
+
+fn raster(gpu: &Gpu, scene: &Scene, film: &Film, session: &mut Session) -> Result<Picture, Error> {
+    let renderer = Renderer::new(gpu)?;
+    let mut drawing = renderer.begin(scene, film, Quality::default())?;
     loop {
         let (done, of) = drawing.progress();
         session.progress.show("picture", done as u64, of as u64);
@@ -80,10 +98,28 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         }
     }
     session.progress.end();
-    let picture = drawing.into_picture();
+    Ok(drawing.into_picture())
+}
 
-    place.make()?;
-    write(&place.file(&name), &picture, &film, session)
+fn trace(
+    gpu: &Gpu,
+    scene: &Scene,
+    film: &Film,
+    camera: &Pinhole,
+    samples: u32,
+    session: &mut Session,
+) -> Result<Picture, Error> {
+    let tracer = Tracer::new(gpu)?;
+    let mut tracing = tracer.begin(scene, film, camera, Settings::default())?;
+    loop {
+        session.progress.show("tracing", tracing.sums().samples().into(), samples.into());
+        interrupt::check(&session.report)?;
+        if !tracing.step(samples)? {
+            break;
+        }
+    }
+    session.progress.end();
+    Ok(tracing.sums().picture())
 }
 
 /// Where a picture goes when nobody says it, and its name.
@@ -109,7 +145,7 @@ fn write(path: &Path, picture: &Picture, film: &Film, session: &mut Session) -> 
 fn method(name: &str) -> Result<Method, String> {
     match name {
         "raster" => Ok(Method::Raster),
-        "trace" => Err("the path tracer is not available in this version; use raster".into()),
-        _ => Err("use raster".into()),
+        "trace" => Ok(Method::Trace),
+        _ => Err("use raster or trace".into()),
     }
 }
