@@ -11,7 +11,5 @@ struct Hit {
 };
 
 const uint NOTHING = 0xffffffffu;
-// Of the sea, which is no triangle.
-const uint SEA = 0xfffffffeu;
 
 #endif

@@ -34,10 +34,26 @@ struct Feature {
     uint object;         // as in Placement
 };
 
-// Paths at work: how many there are at each turn, and how many look for light.
+// How many paths are at work in a turn, and what becomes of them.
 struct Turn {
     uint paths;
+    uint escaped;
+    uint land;           // how many meet it
+    uint models;
+    uint sea;
     uint looks;
+};
+
+// What the programs that turn paths are to do.
+struct Work {
+    uint seed;
+    uint index;          // of the sample
+    ivec2 origin;        // first pixel of the block, in all of the picture
+    int columns;         // of the block
+    int first;           // of its pixels that are at work
+    uint turn;           // scatterings so far
+    uint bounces;        // scatterings that a path may have
+    uint plain;          // 1: materials have their mean colour and nothing else
 };
 
 #endif

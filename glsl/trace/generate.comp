@@ -32,8 +32,8 @@ vec2 tent(vec2 u) {
 
 void main() {
     int slot = int(gl_GlobalInvocationID.x);
-    if (slot == 0) turns[0] = Turn(uint(push.count), 0u);
-    if (slot > 0 && slot < turns.length()) turns[slot] = Turn(0u, 0u);
+    if (slot == 0) turns[0] = Turn(uint(push.count), 0u, 0u, 0u, 0u, 0u);
+    if (slot > 0 && slot < turns.length()) turns[slot] = Turn(0u, 0u, 0u, 0u, 0u, 0u);
     if (slot >= push.count) return;
     int pixel = push.first + slot;
     ivec2 at = push.origin + ivec2(pixel % push.columns, pixel / push.columns);

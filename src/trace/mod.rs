@@ -1,8 +1,8 @@
 //! Path traces a scene into a picture, in compute shaders.
 //!
 //! Paths advance together, one turn at a time, through small programs that each do one thing (Laine, Karras & Aila 2013,
-//! "Megakernels Considered Harmful"): `generate` sends them from the eye, `extend` finds what they meet, `shade` turns them
-//! and looks for light, `connect` sees whether anything hides it, `film` adds what they gathered to their pixels.
+//! "Megakernels Considered Harmful"): `generate` sends them from the eye, `extend` finds what they meet, `escape`, `land`,
+//! `model` and `sea` turn them and look for light, `connect` sees whether anything hides it, `film` adds what they gathered to their pixels.
 
 mod film;
 mod ground;
@@ -12,9 +12,8 @@ mod tree;
 use crate::core::camera::Pinhole;
 use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
 use crate::scene::{self, Film, Scene};
-use crate::shaders::trace::{connect, extend, film as add, generate, shade};
-use crate::shaders::{Frame, raster::openness};
-use crate::shaders::{self};
+use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
+use crate::shaders::{self, Frame, Work, raster::openness};
 use std::time::{Duration, Instant};
 
 pub use film::Sums;
@@ -28,7 +27,10 @@ pub struct Tracer {
     openness: Compute<openness::Shader>,
     generate: Compute<generate::Shader>,
     extend: Compute<extend::Shader>,
-    shade: Compute<shade::Shader>,
+    escape: Compute<escape::Shader>,
+    land: Compute<land::Shader>,
+    model: Compute<model::Shader>,
+    sea: Compute<sea::Shader>,
     connect: Compute<connect::Shader>,
     add: Compute<add::Shader>,
 }
@@ -68,7 +70,10 @@ impl Tracer {
             openness: Compute::new(gpu, ())?,
             generate: Compute::new(gpu, ())?,
             extend: Compute::new(gpu, ())?,
-            shade: Compute::new(gpu, ())?,
+            escape: Compute::new(gpu, ())?,
+            land: Compute::new(gpu, ())?,
+            model: Compute::new(gpu, ())?,
+            sea: Compute::new(gpu, ())?,
             connect: Compute::new(gpu, ())?,
             add: Compute::new(gpu, ())?,
         })
@@ -120,6 +125,10 @@ struct Paths {
     looks: Buffer<shaders::Look>,
     features: Buffer<shaders::Feature>,
     queues: [Buffer<u32>; 2],
+    escaped: Buffer<u32>,
+    land: Buffer<u32>,
+    models: Buffer<u32>,
+    sea: Buffer<u32>,
     turns: Buffer<shaders::Turn>,
 }
 
@@ -132,6 +141,10 @@ impl Paths {
             looks: Buffer::new(gpu, "looks", most)?,
             features: Buffer::new(gpu, "features", most)?,
             queues: [Buffer::new(gpu, "queue", most)?, Buffer::new(gpu, "queue", most)?],
+            escaped: Buffer::new(gpu, "escaped", most)?,
+            land: Buffer::new(gpu, "land", most)?,
+            models: Buffer::new(gpu, "models", most)?,
+            sea: Buffer::new(gpu, "sea", most)?,
             turns: Buffer::new(gpu, "turns", bounces as usize + 2)?,
         })
     }
@@ -195,7 +208,7 @@ impl Tracing<'_> {
         film: &Buffer<shaders::Pixel>,
     ) -> gpu::Result<()> {
         let Tracing { tracer, scene, settings, tree, frame, dome, openness, paths, .. } = self;
-        let Paths { paths, hits, looks, features, queues, turns } = paths;
+        let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
         let Tree { nodes, triangles, facets, placements, materials } = tree;
         let ground = &scene.ground;
         let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);
@@ -211,36 +224,76 @@ impl Tracing<'_> {
         );
         for turn in 0..=bounces {
             let (queue, next) = (&queues[turn as usize % 2], &queues[(turn as usize + 1) % 2]);
+            let work = Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into() };
             rec.dispatch(
                 &tracer.extend,
                 size,
                 extend::Push { turn, sea_level: ground.sea_level },
-                extend::Bindings { nodes, triangles, placements, turns, queue, paths, hits },
-            );
-            rec.dispatch(
-                &tracer.shade,
-                size,
-                shade::Push { seed, index, origin, columns, first, turn, bounces, plain: plain.into() },
-                shade::Bindings {
-                    frame,
-                    paths,
-                    hits,
+                extend::Bindings {
+                    nodes,
+                    triangles,
+                    placements,
+                    facets,
                     turns,
                     queue,
-                    next,
-                    looks,
-                    features,
-                    triangles,
-                    facets,
-                    placements,
-                    materials,
-                    dome,
-                    height: &ground.height,
-                    wetness: &ground.wetness,
-                    reef: &ground.reef,
-                    openness,
+                    paths,
+                    hits,
+                    escaped,
+                    land,
+                    models,
+                    sea,
                 },
             );
+            rec.concurrent(|rec| {
+                let queue = escaped;
+                let bindings =
+                    escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
+                rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
+                let queue = sea;
+                let bindings = sea::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
+                rec.dispatch(&tracer.sea, size, sea::Push { work }, bindings);
+                rec.dispatch(
+                    &tracer.land,
+                    size,
+                    land::Push { work },
+                    land::Bindings {
+                        frame,
+                        paths,
+                        hits,
+                        turns,
+                        queue: land,
+                        next,
+                        looks,
+                        features,
+                        dome,
+                        triangles,
+                        height: &ground.height,
+                        wetness: &ground.wetness,
+                        reef: &ground.reef,
+                        openness,
+                    },
+                );
+                rec.dispatch(
+                    &tracer.model,
+                    size,
+                    model::Push { work },
+                    model::Bindings {
+                        frame,
+                        paths,
+                        hits,
+                        turns,
+                        queue: models,
+                        next,
+                        looks,
+                        features,
+                        dome,
+                        triangles,
+                        facets,
+                        placements,
+                        materials,
+                    },
+                );
+            });
             if turn < bounces {
                 rec.dispatch(
                     &tracer.connect,
