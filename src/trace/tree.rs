@@ -5,7 +5,7 @@ use crate::core::octahedron::packed_direction;
 use crate::gpu::{self, Buffer, Gpu};
 use crate::scene::{Instance, Material, Model, Scene};
 use crate::shaders::{self, Facet, Node, Placement, Triangle};
-use glam::{Vec3, Vec3A};
+use glam::{Mat3A, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
 use obvhs::{BvhBuildParams, triangle};
@@ -32,6 +32,8 @@ struct Grown {
     triangles: Vec<Triangle>,
     facets: Vec<Facet>,
     bounds: Aabb,
+    /// Boxes that hold all of it, closer than `bounds`: those of the root's children.
+    boxes: Vec<Aabb>,
 }
 
 impl Tree {
@@ -114,24 +116,26 @@ fn standing(all: &[&Grown], instances: &[Instance]) -> Vec<Standing> {
             root: 0,
             object: index as u32 + 1,
         };
-        Some(Standing { model, placement, bounds: placed(grown.bounds, instance) })
+        Some(Standing { model, placement, bounds: placed(&grown.boxes, instance) })
     });
     let others: Vec<Standing> = others.collect();
     std::iter::once(land).chain(others).collect()
 }
 
-/// The box round a box that an instance has turned.
-fn placed(bounds: Aabb, instance: &Instance) -> Aabb {
-    let corner = |index: usize| {
-        let pick = |axis: usize| if index >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-        let corner = Vec3::new(pick(0), pick(1), pick(2));
-        Vec3A::from(instance.position + instance.scale * (instance.rotation * corner))
-    };
-    let corners: Vec<Vec3A> = (0..8).map(corner).collect();
-    let bounds = Aabb::from_points(&corners);
+/// The box round boxes that an instance has turned.
+fn placed(boxes: &[Aabb], instance: &Instance) -> Aabb {
+    let turn = Mat3A::from_quat(instance.rotation) * instance.scale;
+    // Half the size of a turned box along each axis (Arvo 1990, "Transforming Axis-Aligned Bounding Boxes").
+    let reach = Mat3A::from_cols(turn.x_axis.abs(), turn.y_axis.abs(), turn.z_axis.abs());
+    let mut all = Aabb::empty();
+    for bounds in boxes {
+        let middle = Vec3A::from(instance.position) + turn * ((bounds.min + bounds.max) / 2.0);
+        let half = reach * ((bounds.max - bounds.min) / 2.0);
+        all = all.union(&Aabb::new(middle - half, middle + half));
+    }
     // The shader turns the ray instead, and rounds elsewhere.
-    let slack = Vec3A::splat(1e-6) * (bounds.min.abs().max(bounds.max.abs()));
-    Aabb::new(bounds.min - slack, bounds.max + slack)
+    let slack = Vec3A::splat(1e-6) * all.min.abs().max(all.max.abs());
+    Aabb::new(all.min - slack, all.max + slack)
 }
 
 /// The finest level of a model, whose first material is `first` of all.
@@ -164,6 +168,7 @@ impl Grown {
             triangles: order().map(triangle).collect(),
             facets: order().map(|index| facets[index]).collect(),
             bounds: tree.total_aabb,
+            boxes: boxes(&tree),
         }
     }
 }
@@ -175,4 +180,9 @@ fn plain(tree: &CwBvh, first_node: u32, first_leaf: u32) -> Vec<Node> {
 
 fn shifted(node: Node, first_node: u32, first_leaf: u32) -> Node {
     Node { first_child: node.first_child + first_node, first_leaf: node.first_leaf + first_leaf, ..node }
+}
+
+fn boxes(tree: &CwBvh) -> Vec<Aabb> {
+    let Some(root) = tree.nodes.first() else { return Vec::new() };
+    (0..8).filter(|child| !root.is_child_empty(*child)).map(|child| root.child_aabb(child)).collect()
 }
