@@ -38,7 +38,7 @@ species:
 	@scripts/install.sh
 	$(RUN) plant $(SPECIES:%=configs/species/%.toml) -o docs/pictures/species.png --size 200x240
 	$(RUN) plant $(sort $(wildcard configs/species/abop_*.toml configs/species/honda_*.toml)) \
-		-o docs/pictures/species_of_the_book.png --size 120x144
+		-o docs/pictures/species_of_the_book.png --size 136x164
 
 install:
 	@scripts/install.sh

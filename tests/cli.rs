@@ -565,6 +565,26 @@ fn an_interrupted_run_ends_with_130_and_leaves_no_file() {
     }
 }
 
+/// What grows for minutes ends at once.
+#[cfg(unix)]
+#[test]
+fn interrupted_growth_ends_with_130() {
+    let folder = folder();
+    let slow =
+        "variants = 64\nsteps = 100000\ngrammar = '''\naxiom A(1)\nA(x) -> A(sqrt(x+1)*sin(x))F\n'''\n";
+    let world = "format = 1\nplants = [{ scatter = { species = ['slow'] } }]\n[species.slow]\n";
+    fs::write(folder.path().join("slow.toml"), format!("format = 1\n{slow}")).unwrap();
+    fs::write(folder.path().join("forest.toml"), format!("{world}{slow}")).unwrap();
+    for arguments in [&["check", "--no-time", "forest.toml"][..], &["plant", "slow.toml", "--stats"]] {
+        let mut child = command(folder.path(), arguments).stderr(Stdio::piped()).spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(500));
+        let start = std::time::Instant::now();
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{arguments:?}");
+        assert!(start.elapsed().as_secs() < 2, "{arguments:?}: {:?}", start.elapsed());
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn an_interrupted_picture_leaves_no_file() {

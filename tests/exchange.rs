@@ -44,7 +44,7 @@ fn a_model_comes_back_from_obj_and_ply_as_its_finest_level() {
     for name in ["tree.obj", "tree.ply"] {
         let path = folder.path().join(name);
         model::write(&path, &tree).unwrap();
-        let Import { population, warnings } = model::read(&path).unwrap();
+        let Import { population, warnings, .. } = model::read(&path).unwrap();
         assert_eq!(warnings, [""; 0]);
         let [back] = &population.models[..] else { panic!() };
         assert_eq!((back.levels.len(), &*back.name), (1, "tree"));
@@ -63,6 +63,72 @@ fn a_model_comes_back_from_obj_and_ply_as_its_finest_level() {
 
 /// The same triangles, corner by corner.
 #[track_caller]
+/// For whoever places all of a file as one model: what stands in it stands as before.
+#[test]
+fn a_scene_as_one_model_has_everything_where_it_stands() {
+    let folder = folder();
+    let path = folder.path().join("wood.glb");
+    let wood = wood(9);
+    write(&path, &wood, Places::Nodes, 0);
+    let import = model::read(&path).unwrap();
+    let merged = import.merged(&path).unwrap();
+    let bits = |point: Vec3| point.to_array().map(|along| (along * 1000.0).round() as i64);
+    let mut got: Vec<[i64; 3]> = merged.levels[0]
+        .parts
+        .iter()
+        .flat_map(|part| part.mesh.positions.iter().map(|point| bits(Vec3::from(*point))))
+        .collect();
+    let mut want = Vec::new();
+    for Instance { model, position, rotation, scale, .. } in wood.instances.iter() {
+        for part in &wood.models[*model as usize].levels[0].parts {
+            let stand = |point: &[f32; 3]| bits(*position + *rotation * (*scale * Vec3::from(*point)));
+            want.extend(part.mesh.positions.iter().map(stand));
+        }
+    }
+    got.sort_unstable();
+    want.sort_unstable();
+    assert_eq!(got.len(), want.len());
+    let far = |(one, other): (&[i64; 3], &[i64; 3])| one.iter().zip(other).any(|(a, b)| (a - b).abs() > 1);
+    assert!(!got.iter().zip(&want).any(far));
+}
+
+/// What is up in a file may be its z.
+#[test]
+fn a_model_that_lies_is_stood_up() {
+    let folder = folder();
+    fs::write(folder.path().join("tip.obj"), "v 0 0 0\nv 2 0 0\nv 0 3 7\nvn 0 -1 0\nf 1//1 2//1 3//1\n")
+        .unwrap();
+    let text = "format = 1\nmodels = [{ file = \"tip.obj\", up = \"z\", at = [[0, 0]] }]\n";
+    let overrides = terrane::world::Overrides::default();
+    let world = terrane::world::parse("world.toml", text.as_bytes(), folder.path(), &overrides).unwrap();
+    let mesh = &world.plants.models[0].levels[0].parts[0].mesh;
+    // A plan's north, its y, is the world's: −z.
+    assert_eq!(mesh.positions, [[0.0, 0.0, -0.0], [2.0, 0.0, -0.0], [0.0, 7.0, -3.0]]);
+    assert_eq!(mesh.normals[0], [0.0, 0.0, 1.0]);
+}
+
+/// A `\` at the end of a line joins the next to it; lines are counted all the same. Comments end with their line.
+#[test]
+fn lines_of_obj_files_may_go_on() {
+    let folder = folder();
+    let path = folder.path().join("quad.obj");
+    let read = |text: &str| {
+        fs::write(&path, text).unwrap();
+        model::read(&path)
+    };
+    let plain = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 1 3 4\n";
+    let want = read(plain).unwrap().population.models;
+    for text in [
+        "v 0 0 \\\n0\nv 1\\\n 0 0\n# in C:\\\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 \\\n4\nf 1 3 4",
+        "v 0 0 \\\r\n0\r\nv 1\\ \r\n 0 0\r\nv 1 1 0\r\nv 0 1 0\r\nf 1 2 3 4\\\r\n\r\nf 1 3 4\\",
+    ] {
+        let got = read(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+        assert_eq!(got.population.models, want, "{text}");
+    }
+    let error = read("v 0 0 \\\n0\nv 1\\\n0 0\nf 1 2 \\\n3\n").unwrap_err().to_string();
+    assert!(error.contains("in line 5"), "{error}");
+}
+
 fn assert_same(got: &Mesh, want: &Mesh) {
     assert_eq!(got.triangles.len(), want.triangles.len());
     let corners = got.triangles.as_flattened().iter().zip(want.triangles.as_flattened());
@@ -82,7 +148,7 @@ fn a_scene_comes_back_as_it_was() {
     let path = folder.path().join("scene.glb");
     let population = wood(2000);
     write(&path, &population, Places::Lists, 0);
-    let Import { population: back, warnings } = model::read(&path).unwrap();
+    let Import { population: back, warnings, .. } = model::read(&path).unwrap();
     assert_eq!(warnings, [""; 0]);
     assert_eq!(back.models[..], population.models[..]);
     // In the order of their models.
@@ -93,7 +159,7 @@ fn a_scene_comes_back_as_it_was() {
     // A node each: the same places, of one level.
     let path = folder.path().join("nodes.glb");
     write(&path, &population, Places::Nodes, 1);
-    let Import { population: back, warnings } = model::read(&path).unwrap();
+    let Import { population: back, warnings, .. } = model::read(&path).unwrap();
     assert_eq!(warnings, [""; 0]);
     assert!(back.instances[..] == expected[..]);
     for (back, from) in back.models.iter().zip(&population.models) {
@@ -137,7 +203,7 @@ fn a_program_of_another_make_finds_every_instance_sun_camera_land_and_sea() {
         write_scene(path, &contents, Options { places, finest: 0 }).unwrap();
     }
     // What is ours alone comes back, and what a world has itself does not.
-    let Import { population: back, warnings } = model::read(&lists).unwrap();
+    let Import { population: back, warnings, .. } = model::read(&lists).unwrap();
     assert_eq!(back.instances.len(), population.instances.len());
     assert!(matches!(&warnings[..], [warning] if warning.contains("land and sea")), "{warnings:?}");
 
@@ -307,6 +373,44 @@ fn differing(one: &image::RgbImage, other: &image::RgbImage) -> usize {
 }
 
 // Models of a world.
+
+/// One that is given no place is one model, which is hardly meant.
+#[test]
+fn an_exported_scene_without_a_place_is_answered_with_how_to_put_it_back() {
+    let folder = folder();
+    let check = |models: &str| {
+        fs::write(folder.path().join("world.toml"), format!("{LAND}\n[[models]]\n{models}\n")).unwrap();
+        let output = program(folder.path(), "check world.toml --no-time");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    write(&folder.path().join("scene.glb"), &wood(3), Places::Lists, 0);
+    let hint = "`at = \"file\"` puts all that `terrane export` wrote back where it stood";
+    let (code, told) = check("file = \"scene.glb\"");
+    assert_eq!(code, Some(0), "{told}");
+    assert!(told.contains(&format!("`models.0`: \"scene.glb\" is a whole scene; {hint}")), "{told}");
+    for meant in ["file = \"scene.glb\"\nat = \"file\"", "file = \"scene.glb\"\nat = [[0, 0]]"] {
+        let (code, told) = check(meant);
+        assert_eq!(code, Some(0), "{told}");
+        assert!(!told.contains(hint), "{told}");
+    }
+    // A scene of another program may well be a model.
+    let mut strange = fs::read(folder.path().join("scene.glb")).unwrap();
+    let at = strange.windows(8).position(|word| word == b"terrane ").unwrap();
+    strange[at..at + 8].copy_from_slice(b"another ");
+    fs::write(folder.path().join("strange.glb"), strange).unwrap();
+    let (code, told) = check("file = \"strange.glb\"");
+    assert_eq!(code, Some(0), "{told}");
+    assert!(!told.contains(hint), "{told}");
+    // A plant of ours is a model.
+    model::write(&folder.path().join("tree.glb"), &tree()).unwrap();
+    let (_, told) = check("file = \"tree.glb\"");
+    assert!(told.contains("stands nowhere") && !told.contains(hint), "{told}");
+    // As one model it would be too large.
+    write(&folder.path().join("scene.glb"), &wood(200_000), Places::Lists, 0);
+    let (code, told) = check("file = \"scene.glb\"");
+    assert_eq!(code, Some(3), "{told}");
+    assert!(told.contains("takes more than") && told.contains(&format!("help: {hint}")), "{told}");
+}
 
 #[test]
 fn models_stand_on_the_ground_where_the_world_says() {

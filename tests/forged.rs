@@ -472,6 +472,7 @@ fn gltfs() {
         vec![
             ("empty", vec![], 7),
             ("its magic alone", b"glTF".to_vec(), 7),
+            ("a JSON that is too long", with("/asset/generator", "x".repeat(33 << 20).into()), 7),
             ("its version alone", bytes, 7),
             ("of version 1", length(4, 1), 7),
             ("zeros", vec![0; 4096], 7),

@@ -1,8 +1,8 @@
 //! Where plants stand: laws that hold whatever the seed. Counts are compared with their expectation within four standard
 //! deviations of a Poisson process, √n each: blue noise varies less.
 
-use glam::{Vec2, Vec3, vec2, vec3};
-use std::collections::HashMap;
+use glam::{DVec2, Vec2, Vec3, vec2, vec3};
+use std::collections::{HashMap, HashSet};
 use std::f32::consts::PI;
 use std::sync::Arc;
 use terrane::core::{camera::Pinhole, grid::Grid, hash::mix, map::Map};
@@ -95,11 +95,13 @@ fn at(instance: &Instance) -> Vec2 {
 }
 
 fn nearest_two(plants: &[Instance]) -> f64 {
+    let mut places: Vec<DVec2> = plants.iter().map(|plant| at(plant).as_dvec2()).collect();
+    places.sort_by(|one, other| one.x.total_cmp(&other.x));
     let mut least = f64::INFINITY;
-    for (index, one) in plants.iter().enumerate() {
-        for other in &plants[..index] {
-            least = least.min(at(one).as_dvec2().distance(at(other).as_dvec2()));
-        }
+    for (index, one) in places.iter().enumerate() {
+        let reach = one.x + least;
+        let near = places[index + 1..].iter().take_while(|other| other.x < reach);
+        least = near.map(|other| one.distance(*other)).fold(least, f64::min);
     }
     least
 }
@@ -240,12 +242,15 @@ fn patches_cover_their_share() {
 fn none_is_nearer_than_the_spacing() {
     let patches = Site { patches: Some(Patches::new(3, 30.0, 0.5)), ..Site::default() };
     let mixed = Rule { kinds: vec![(OAK, 1.0), (SHRUB, 2.0)], scale: [0.5, 2.0], ..rule(OAK, dense(4.0)) };
+    // Dry only in a corner.
+    let corner = ground(129, 600.0, |at| if at.min_element() > 220.0 { 10.0 } else { -10.0 });
     let cases = [
         (mixed, level(200.0), 4.0),
         (on(patches, rule(OAK, dense(3.0))), level(200.0), 3.0),
         (rule(OAK, scatter(5.0, 0.005)), level(400.0), 5.0),
         (rule(OAK, dense(6.0)), rough(), 6.0),
-        // Far from the origin floats are coarse.
+        // Far from the origin floats are coarse, for far plants and for near ones.
+        (rule(OAK, dense(0.2)), corner, 0.2),
         (rule(OAK, dense(9000.0)), level(1e6), 9000.0),
     ];
     for (rule, ground, spacing) in cases {
@@ -573,20 +578,20 @@ fn cover_stands_where_it_stands_whatever_the_camera_does() {
 #[test]
 fn cover_fills_the_picture_to_its_edges() {
     let ground = level(300.0);
-    let rule = cover(6.0, 30.0, 100.0);
+    let rule = cover(6.0, 60.0, 100.0);
     let camera = camera(Vec2::ZERO);
-    let plants = plant_seen(&[rule], &ground, &camera);
+    let plants = plant_seen(std::slice::from_ref(&rule), &ground, &camera);
     // Squares of 3 m that lie in the picture hold 54 plants each.
     let mut counts = HashMap::<[i32; 2], usize>::new();
     for plant in &plants {
         *counts.entry((at(plant) / 3.0).floor().to_array().map(|at| at as i32)).or_default() += 1;
     }
     let mut full = 0;
-    for column in -6..6 {
-        for row in -8..-1 {
+    for column in -14..14 {
+        for row in -16..-1 {
             let inside = |east: f32, south: f32| {
                 let corner = vec3((column as f32 + east) * 3.0, 10.0, (row as f32 + south) * 3.0);
-                corner.length() < 30.0
+                corner.length() < 55.0
                     && camera
                         .project(corner)
                         .is_some_and(|[x, y]| (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y))
@@ -597,7 +602,21 @@ fn cover_fills_the_picture_to_its_edges() {
             }
         }
     }
-    assert!(full > 10, "{full} squares");
+    assert!(full > 100, "{full} squares");
+    // Nothing is missing of what is in the picture.
+    let all_round = Pinhole { tangent: [1e4; 2], ..camera };
+    let places: HashSet<[u32; 2]> =
+        plants.iter().map(|plant| at(plant).to_array().map(f32::to_bits)).collect();
+    for plant in plant_seen(&[rule], &ground, &all_round) {
+        let place = camera.project(plant.position);
+        if place.is_some_and(|[x, y]| (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y)) {
+            assert!(
+                places.contains(&at(&plant).to_array().map(f32::to_bits)),
+                "{} is missing",
+                plant.position
+            );
+        }
+    }
     // Nothing far behind the eye.
     assert!(plants.iter().all(|plant| plant.position.z < 3.0));
 }
@@ -635,6 +654,30 @@ fn the_grid_goes_with_the_camera() {
     assert_count(plant(&[Rule { places: Places::Grid(half), ..rule }], &ground).len(), 1800.0);
 }
 
+/// A grid much larger than the terrain, at a corner of it: cells without ground cost nothing, and the others have the plants
+/// that they have anyway.
+#[test]
+fn the_grid_ends_where_the_terrain_does() {
+    let cells = [10_000, 9_999];
+    let grid =
+        planting::Grid { offset: vec2(81.5, -92.0), cells, cell_size: 1.0, probability: 1.0, jitter: 1.0 };
+    let rule = rule(OAK, Places::Grid(grid));
+    let ground = level(200.0);
+    let found = plant(std::slice::from_ref(&rule), &ground);
+    // One a cell, wherever in it.
+    assert_count(found.len(), 40_000.0);
+    assert!(rule.predict(&ground) < 41_000.0, "{}", rule.predict(&ground));
+    // To the edges of the terrain, on all sides of which there is more of the grid.
+    for axis in [Vec2::X, Vec2::NEG_X, Vec2::Y, Vec2::NEG_Y] {
+        let along = |plant: &Instance| at(plant).dot(axis);
+        assert!(found.iter().all(|plant| along(plant) <= 100.0));
+        assert_count(found.iter().filter(|plant| along(plant) > 99.5).count(), 100.0);
+    }
+    // Without a size all cells are one place.
+    let none = planting::Grid { offset: Vec2::ZERO, cells: [7, 5], cell_size: 0.0, ..grid };
+    assert_eq!(plant(&[Rule { places: Places::Grid(none), ..rule }], &ground).len(), 35);
+}
+
 // Sameness and limits ------------------------------------------------------------------------------------------------
 
 fn everything() -> Vec<Rule> {
@@ -642,7 +685,15 @@ fn everything() -> Vec<Rule> {
     let rivals =
         Places::Scatter(Scatter { rivalry: Rivalry::Size, spacing: 4.0, density: Scatter::densest(4.0) });
     let shrubs = Rule { shade: 0.4, scale: [0.4, 1.6], seed: 3, ..rule(SHRUB, rivals) };
-    vec![rule(OAK, dense(9.0)), on(patches, shrubs), cover(8.0, 10.0, 80.0)]
+    let grid = planting::Grid {
+        offset: vec2(9.0, 4.0),
+        cells: [40, 30],
+        cell_size: 7.0,
+        probability: 0.7,
+        jitter: 0.8,
+    };
+    let grid = Rule { shade: 0.5, scale: [0.3, 1.0], ..rule(SHRUB, Places::Grid(grid)) };
+    vec![rule(OAK, dense(9.0)), on(patches, shrubs), grid, cover(8.0, 10.0, 80.0)]
 }
 
 #[test]

@@ -8,11 +8,14 @@ use naive::Naive;
 use proptest::prelude::*;
 use serde::Deserialize;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use terrane::core::hash::hexadecimal;
 use terrane::plants::{
     derive::{self, Change, Derivation, Limits, Problem, Steps},
     grammar::Grammar,
+    species::Error,
     turtle::{self, Interpretation, Side, Tropism},
+    watch::Watch,
 };
 use terrane::world::species;
 
@@ -581,6 +584,41 @@ fn random_grammars_are_of_all_kinds() {
         kinds.iter().all(|&count| count > COUNT / 40),
         "contexts, conditions, chance, branches: {kinds:?}"
     );
+}
+
+/// Growth looks up in each of its parts, and goes no further once it shall not.
+#[test]
+fn growth_can_be_stopped_at_any_look() {
+    // A million modules, and a branch of ten thousand nodes.
+    let grammar = format!("axiom A{}\nA -> AA", "F(0.1)+(7)&(3)".repeat(10_000));
+    let text = format!("format = 1\nsteps = 20\ngrammar = '''\n{grammar}\n'''\n");
+    let species = species::parse("plant.toml", text.as_bytes()).unwrap().species;
+    let grow = |most: u32| {
+        let looks = AtomicU32::new(0);
+        let operations = AtomicU64::new(0);
+        let look = |more| {
+            operations.fetch_add(more, Ordering::Relaxed);
+            looks.fetch_add(1, Ordering::Relaxed) + 1 < most
+        };
+        let limits = Limits { watch: Watch::new(&look), ..Limits::default() };
+        let grown = species.grow(1, 0, &limits);
+        (grown, looks.into_inner(), operations.into_inner())
+    };
+    let (grown, looks, operations) = grow(u32::MAX);
+    assert!(grown.is_ok() && looks >= 8, "{looks} looks");
+    assert!(operations / u64::from(looks) < 10_000_000, "{operations} operations in {looks} looks");
+    let mut parts = [0; 3];
+    for most in 1..=looks {
+        let (grown, looked, _) = grow(most);
+        assert_eq!(looked, most, "it went on");
+        match grown {
+            Err(Error::Derive(derive::Error { problem: Problem::Stopped(_), .. })) => parts[0] += 1,
+            Err(Error::Draw(turtle::Error { problem: turtle::Problem::Stopped(_), .. })) => parts[1] += 1,
+            Err(Error::Stopped(_)) => parts[2] += 1,
+            other => panic!("{other:?}"),
+        }
+    }
+    assert!(parts.iter().all(|&count| count > 0), "derivation, turtle, triangles: {parts:?}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 use std::process::{Command, Output};
 use std::time::{Duration, Instant};
-use terrane::world::species;
+use terrane::world::{self, Overrides, species};
 
 /// Address space of the program, KiB: 256 MiB, and 14 MiB for the program itself.
 const LIMIT: u32 = (256 + 14) << 10;
@@ -57,7 +57,7 @@ const MISTAKES: &[Case] = &[
     ("axiom F(1.2.3)", [1, 9], "`1.2.3` is no number", "digits, as in `0.5` or `1e-3`"),
     ("axiom F(1e400)", [1, 9], "too large", "a finite number"),
     ("axiom F(nan)", [1, 9], "`nan` is not known here", "a constant"),
-    ("axiom F(1/0)", [1, 9], "division by zero", "a finite number"),
+    ("axiom F(1/0)", [1, 9], "`grammar` can't be read: division by zero", "a finite number"),
     ("r = 0\naxiom F(2+1/r)", [2, 11], "division by zero", "a finite number"),
     ("axiom F(0^-1)", [1, 9], "division by zero", "a finite number"),
     ("axiom F(sqrt(-1))", [1, 9], "a value that is no number", "a finite number"),
@@ -71,6 +71,12 @@ const MISTAKES: &[Case] = &[
     ("axiom A(1)\nA(x) -(x +)> F", [2, 11], "something is missing", "a number, a name or `(`"),
     ("axiom F(2 3)", [1, 11], "unexpected `3`", "an operator, `,` or `)`"),
     ("axiom F*", [1, 8], "unexpected `*`", "a symbol"),
+    // Braces, and names of sub-models.
+    ("axiom F{FF", [1, 8], "`grammar` can't be right: this `{` is never closed", "`}` behind it"),
+    ("axiom FA\nA -> F{.F{.F.}", [2, 7], "this `{` is never closed", "`}` behind it"),
+    ("axiom FA\nA -> F}", [2, 7], "this `}` has no `{`", "`{` before it"),
+    ("axiom F~", [1, 8], "nothing behind this names a sub-model", "as in `~L(1)`"),
+    ("axiom AF\nA -> [F@]F", [2, 8], "nothing behind this names a sub-model", "as in `~L(1)`"),
     ("  axiom F\nA -> F", [2, 1], "indented less than the first one", "all rules in one column"),
 ];
 
@@ -101,6 +107,207 @@ fn mistakes_are_pointed_at_and_say_what_was_expected() {
         assert_eq!(shown[at + 1][..caret].chars().count(), margin + before, "{report}");
     }
     assert!(wrong.is_empty(), "{wrong}");
+}
+
+/// The first of every line, in the order of the text; and no mistake that is none but for another one.
+#[test]
+fn one_run_tells_the_mistakes_of_all_lines() {
+    let grammar = "r = 1/0\naxiom F(r)A(r)\nA(x) -> F(y)\nB -> [F";
+    let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\n");
+    let report = species::parse("plant.toml", file.as_bytes()).unwrap_err().to_string();
+    let places: Vec<&str> = report.lines().filter_map(|line| line.trim().strip_prefix("--> ")).collect();
+    assert_eq!(places, ["plant.toml:3:5", "plant.toml:5:11", "plant.toml:6:6"], "{report}");
+}
+
+/// What one word leaves open another may close, and what places a sub-model may stand in another word than its name.
+#[test]
+fn braces_and_names_may_come_from_other_words() {
+    for grammar in [
+        "axiom {AB\nA -> F+FF\nB -> }",
+        "axiom A\nA -> F{FB\nB -> +F}",
+        "axiom {F%\nF -> F",
+        "axiom AL\nA -> F~",
+        "axiom A~\n~ -> F",
+    ] {
+        let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\norgans.L.grammar = 'axiom F'\n");
+        if let Err(error) = species::parse("plant.toml", file.as_bytes()) {
+            panic!("{grammar:?}: {error}");
+        }
+    }
+}
+
+/// Long words and numbers don't fill the screen.
+#[test]
+fn messages_are_cut() {
+    let name = "n".repeat(5000);
+    for grammar in [
+        format!("axiom F({name})"),
+        format!("{name} = 1\n{name} = 2\naxiom F"),
+        format!("axiom F({name}(1))"),
+    ] {
+        let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\n");
+        let report = species::parse("plant.toml", file.as_bytes()).unwrap_err().to_string();
+        assert!(report.lines().next().unwrap().len() < 200, "{report}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    for (grammar, wanted) in [
+        ("axiom A(2)\nA(x) -(x-1e300)> A(x)", "the weight is -1e300,"),
+        ("axiom F(1e300)", "reaches 1e300 m"),
+    ] {
+        let file = format!("format = 1\ngrammar = '''\n{grammar}\n'''\n");
+        fs::write(folder.path().join("plant.toml"), file).unwrap();
+        let told = refused(folder.path(), 3, grammar);
+        assert!(told.contains(wanted) && !told.contains("00000000"), "{told}");
+    }
+}
+
+/// A file of one kind where the other is wanted is one mistake, not one a key.
+#[test]
+fn species_are_no_worlds() {
+    let overrides = Overrides::default();
+    let species = b"format = 1\nsteps = 2\nangle = 20\ngrammar = 'axiom F'\n";
+    let error = world::parse("oak.toml", species, Path::new(""), &overrides).unwrap_err().to_string();
+    assert!(
+        error.starts_with("`grammar` makes this the file of a species") && !error.contains("`steps`"),
+        "{error}"
+    );
+    let world = b"format = 1\nseed = 2\nterrain.cells = 64\n";
+    let error = species::parse("island.toml", world).unwrap_err().to_string();
+    assert!(error.starts_with("`terrain` makes this a world") && !error.contains("`seed`"), "{error}");
+}
+
+// In worlds ----------------------------------------------------------------------------------------------------------
+
+const WORLD: &str = "format = 1\nplants = [{ scatter = { species = [\"a\"] } }]\n";
+const ZERO: &str = "steps = 4\ngrammar = '''\naxiom A(3)\nA(n) -> F(1/n)A(n-1)\n'''\n";
+
+/// `terrane check` finds what is wrong with plants before there is land, and points at the line that is to blame.
+#[test]
+fn worlds_tell_where_a_species_fails_to_grow() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("here.toml"), format!("{WORLD}[species.a]\n{ZERO}")).unwrap();
+    fs::write(at("named.toml"), format!("{WORLD}species.a.file = 'a.toml'\n")).unwrap();
+    fs::write(at("a.toml"), format!("format = 1\n{ZERO}")).unwrap();
+    let set = ["--set", r#"species.a.grammar="axiom A(0)\nA(n) -> F(1/n)""#];
+    for (arguments, place) in [
+        (&["here.toml"][..], "here.toml:7:11"),
+        (&["named.toml"], "a.toml:5:11"),
+        (&["here.toml", set[0], set[1]], "--set species.a.grammar"),
+    ] {
+        let (code, told) = checked(folder.path(), arguments);
+        assert_eq!(code, Some(3), "{told}");
+        assert!(told.contains("can't grow: step") && told.contains("division by zero"), "{told}");
+        assert!(told.contains(place) && told.contains("^^^ this has no value"), "{told}");
+    }
+    let (code, told) = checked(folder.path(), &["here.toml", "--set", "species.a.steps=2"]);
+    assert_eq!(code, Some(0), "{told}");
+}
+
+#[test]
+fn worlds_tell_which_rule_plants_too_much() {
+    let folder = tempfile::tempdir().unwrap();
+    let world = "format = 1\nspecies.a = { grammar = 'axiom F' }\n";
+    for (rule, wanted) in [
+        (
+            "grid = { species = ['a'], cells = [9000, 9000] }",
+            "`plants.0.grid` would bring the plants to about 81000000",
+        ),
+        (
+            "cover = { species = ['a'], density = 1000, near = 100, reach = 100 }",
+            "`plants.0.cover` would bring",
+        ),
+        (
+            "cover = { species = ['a'], density = 10000, near = 1, reach = 9000 }",
+            "`plants.0.cover` looks for places",
+        ),
+        ("scatter = { species = ['a'], spacing = 0.05 }", "`plants.0.scatter` looks for places"),
+    ] {
+        fs::write(folder.path().join("world.toml"), format!("{world}plants = [{{ {rule} }}]\n")).unwrap();
+        let (code, told) = checked(folder.path(), &["world.toml"]);
+        assert_eq!(code, Some(3), "{rule}: {told}");
+        assert!(told.contains(wanted), "{rule}: {told}");
+    }
+}
+
+/// The error is about a file of the folder, not about a text that nobody has written.
+#[test]
+fn folders_of_settings_tell_which_file_fails() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/thesis/default");
+    for (file, from, to, wanted) in [
+        ("trees/fork.lsys", "N 6", "N 16", "lower `N`"),
+        ("spawners/meadow.spawner", "GridN 40", "GridN 4000", "would bring the plants to"),
+    ] {
+        let _ = fs::remove_dir_all(folder.path().join("settings"));
+        copy(&shipped, &folder.path().join("settings"));
+        assert_eq!(checked(folder.path(), &["settings"]).0, Some(0));
+        let path = folder.path().join("settings").join(file);
+        let text = fs::read_to_string(&path).unwrap().replace(from, to);
+        fs::write(&path, text).unwrap();
+        let (code, told) = checked(folder.path(), &["settings"]);
+        assert_eq!(code, Some(3), "{told}");
+        assert!(told.starts_with(&format!("error: `settings/{file}` ")) && told.contains(wanted), "{told}");
+        assert!(!told.contains("species.") && !told.contains("plants.0"), "{told}");
+    }
+}
+
+/// Growth that would end by itself, and is cut short.
+#[test]
+fn steps_that_are_too_few_are_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let species = |steps: u32, rules: &str| format!("steps = {steps}\ngrammar = '''\n{rules}\n'''\n");
+    let ends = "axiom A(0)\nA(k) : k < 9 -> F[+F]A(k+1)";
+    let twig = format!("axiom F~L\n'''\n[organs.L]\nsteps = 7\ngrammar = '''\n{ends}");
+    for (text, wanted) in [
+        (species(3, ends), "plant.toml:2: `steps` cut the growth short after 3: it ends by itself after 9;"),
+        (species(9, ends), ""),
+        (
+            species(2, &twig),
+            "plant.toml:7: `organs.L.steps` cut the growth short after 7: it ends by itself after 9;",
+        ),
+        // These go on for ever: that they end somewhere is meant.
+        (species(3, "axiom F\nF -> F[+F]F"), ""),
+        (species(3, "axiom A(1)\nA(l) -> F(l)[+A(l/2)]A(l/2)"), ""),
+    ] {
+        fs::write(at("plant.toml"), format!("format = 1\n{text}")).unwrap();
+        let output = terrane(folder.path(), &["plant", "plant.toml", "--stats"]);
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{told}");
+        assert_eq!(told.contains("warning"), !wanted.is_empty(), "{told}");
+        assert!(told.contains(wanted), "{told}");
+    }
+    // Once a species, however many variants it has.
+    fs::write(at("world.toml"), format!("{WORLD}[species.a]\nvariants = 3\n{}", species(3, ends))).unwrap();
+    let output = terrane(folder.path(), &["check", "--no-time", "world.toml"]);
+    let told = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(told.matches("world.toml:5: `species.a.steps` cut the growth short").count(), 1, "{told}");
+}
+
+/// Exit code and standard error of `terrane check`.
+fn checked(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = terrane(folder, &[&["check", "--no-time", "--quiet"], arguments].concat());
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!told.contains("panicked"), "{told}");
+    (output.status.code(), told)
+}
+
+fn terrane(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
+    command.args(arguments).current_dir(folder).env("TERRANE_CACHE", folder.join("cache")).output().unwrap()
+}
+
+fn copy(from: &Path, to: &Path) {
+    fs::create_dir_all(to).unwrap();
+    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
+        let to = to.join(entry.file_name());
+        if entry.path().is_dir() {
+            copy(&entry.path(), &to);
+        } else {
+            fs::copy(entry.path(), to).unwrap();
+        }
+    }
 }
 
 /// What is odd is said, with its place, and grows all the same.
@@ -169,9 +376,10 @@ fn drawings_are_limited_as_well() {
     for (keys, grammar, organs, wanted) in [
         ("steps = 22", "axiom A\nA -> AF", "", ""),
         ("steps = 21", "axiom A\nA -> FAA", "", "points"),
-        ("steps = 1", "axiom F{", "", "it is never closed by `}`"),
-        ("steps = 1", "axiom F}", "", "there is no `{` that it closes"),
-        ("steps = 1", "axiom F~", "", "names a sub-model"),
+        ("steps = 1", "axiom {FA}\nA -> }F{", "", ""),
+        ("steps = 1", "axiom FAB\nA : 1 > 2 -> }\nB -> {", "", "it is never closed by `}`"),
+        ("steps = 1", "axiom FAB\nA -> }\nB : 1 > 2 -> {", "", "there is no `{` that it closes"),
+        ("steps = 1", "axiom FA\nA -> F~", "", "names a sub-model"),
         ("steps = 400", "axiom A(1)\nA(x) -> F(x)A(x*10)", "", ""),
         // An organ in an organ in an organ.
         (

@@ -1,6 +1,6 @@
 //! Everything that ends a run, and what the process exits with.
 
-use crate::plants::{planting, species};
+use crate::plants::planting;
 use crate::{bench, formats, gpu, terrain, world};
 
 #[derive(Debug, thiserror::Error)]
@@ -18,9 +18,6 @@ pub enum Error {
         terrain::FARTHEST_GROUND
     )]
     Ground { lowest: f32, highest: f32 },
-    /// A species' rules make no plant.
-    #[error("`species.{species}` can't grow: {source}")]
-    Grow { species: String, source: species::Error },
     #[error(transparent)]
     Planting(#[from] planting::Error),
     /// More memory than was allowed.
@@ -71,7 +68,7 @@ impl Error {
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => 2,
-            Error::Missing(_) | Error::Ground { .. } | Error::Grow { .. } | Error::Planting(_) => 3,
+            Error::Missing(_) | Error::Ground { .. } | Error::Planting(_) => 3,
             Error::Memory(_) => 6,
             Error::World(error) => error.exit_code(),
             Error::Gpu(error) => match error {
@@ -97,9 +94,7 @@ impl From<bench::Error> for Error {
             bench::Error::World(error) => Error::World(error),
             bench::Error::Stopped => Error::Interrupted { written: 0, kept: None },
             bench::Error::Planting(error) => Error::Planting(error),
-            bench::Error::NotCovered | bench::Error::Grow(_) | bench::Error::Document(_) => {
-                Error::Bench(error.to_string())
-            }
+            bench::Error::NotCovered | bench::Error::Document(_) => Error::Bench(error.to_string()),
         }
     }
 }

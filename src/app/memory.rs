@@ -14,8 +14,10 @@ use std::fmt::{self, Display, Formatter};
 pub enum Goal {
     Picture {
         film: Film,
-        /// Whether plants are in it: their models come on top, whose size shows when they have grown.
+        /// Whether plants are in it.
         planted: bool,
+        /// Memory of their models, as far as it is known: it shows when they have grown, bytes.
+        models: u64,
     },
     Layers(Layers),
 }
@@ -87,11 +89,14 @@ impl Needs {
         // The widest image on its way: controls to the device, what is kept for later runs from it.
         let mut host = vec![Memory { name: "copies", bytes: 16 * samples }];
         match goal {
-            Goal::Picture { film, planted } => {
+            Goal::Picture { film, planted, models } => {
                 picture.push(plan.land_memory());
                 picture.extend(raster::memory::picture(plan.grid, film, Quality::default()));
                 if *planted {
                     picture.extend(raster::memory::plants(plan.grid, film, Quality::default()));
+                    if *models > 0 {
+                        picture.push(Memory { name: "models", bytes: *models });
+                    }
                 }
                 host.push(Memory { name: "picture", bytes: picture_bytes(film) });
             }
@@ -236,7 +241,7 @@ mod tests {
 
     fn picture(_: &Plan) -> Goal {
         let film = Film { width: 1280, height: 720, exposure: 1.0, tone_map: ToneMap::None };
-        Goal::Picture { film, planted: false }
+        Goal::Picture { film, planted: false, models: 0 }
     }
 
     fn refusal(plan: &Plan, limits: Limits) -> Option<String> {

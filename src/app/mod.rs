@@ -2,6 +2,7 @@
 
 mod cli;
 mod error;
+mod growth;
 mod interrupt;
 mod keep;
 mod land;

@@ -1,17 +1,13 @@
 //! From a world and its finished land to all that stands on it.
 
-use super::{Error, Session, interrupt};
-use crate::core::camera::Pinhole;
-use crate::core::hash::derive_seed;
+use super::{Error, Session, growth, interrupt};
+use crate::core::camera::{Pinhole, direction};
 use crate::core::memory::mebibytes;
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f};
-use crate::plants::derive::Limits;
 use crate::plants::planting::{Ground, Kind, MOST_PLANTS, PLANT_BYTES, Planter};
 use crate::scene::{Camera, Film, Instance, Model, Population, View};
 use crate::terrain::{Layer, Simulation};
 use crate::world::World;
-use glam::Vec3;
-use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Plants of a world on its finished land, as many of them as a picture of this size may show: ground cover is planted where
@@ -68,30 +64,26 @@ fn told(instances: &[Instance], models: &[Arc<Model>]) -> String {
     )
 }
 
-/// The kinds that rules name, and the models of those that any of them plants. Variants grow side by side.
+/// The kinds that rules name, and the models of those that any of them plants.
 fn grow(world: &World, session: &mut Session) -> Result<(Vec<Kind>, Vec<Arc<Model>>), Error> {
-    let variants = world.plants.variants();
-    let mut models = Vec::new();
-    for some in variants.chunks(2 * rayon::current_num_threads()) {
-        session.progress.show("growing", models.len() as u64, variants.len() as u64);
-        interrupt::check(&session.report)?;
-        let grown: Vec<Result<Arc<Model>, Error>> = some
-            .par_iter()
-            .map(|(index, variant)| {
-                let species = &world.plants.species[*index];
-                let seed = derive_seed(world.seed, &format!("plants.{}", species.name));
-                let model = species.grow(seed, *variant, &Limits::default());
-                model.map(Arc::new).map_err(|source| Error::Grow { species: species.name.clone(), source })
-            })
-            .collect();
-        for model in grown {
-            models.push(model?);
-        }
-    }
-    session.progress.show("growing", models.len() as u64, variants.len() as u64);
-    session.progress.end();
+    let mut models = self::models(world, session)?;
     models.extend(world.plants.models.iter().cloned());
     Ok((world.plants.kinds(&models), models))
+}
+
+/// All variants of the species that rules plant, see [`Plan::variants`](crate::plants::planting::Plan::variants). Warns of
+/// growth that is cut short.
+pub fn models(world: &World, session: &mut Session) -> Result<Vec<Arc<Model>>, Error> {
+    let variants = world.plants.variants();
+    let grown = growth::side_by_side(variants.len(), session, |index, limits| {
+        let (species, variant) = variants[index];
+        let model = world.grow(species, variant, limits)?;
+        let warnings = if variant == 0 { world.unfinished(species, limits) } else { Vec::new() };
+        Ok((Arc::new(model), warnings))
+    })?;
+    let (models, warnings): (_, Vec<_>) = grown.into_iter().unzip();
+    warnings.into_iter().flatten().for_each(|warning| session.warn(warning));
+    Ok(models)
 }
 
 fn ground(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Ground, Error> {
@@ -133,9 +125,7 @@ fn pinhole(camera: &Camera, film: &Film, ground: &Ground) -> Pinhole {
     match camera.view {
         View::LookAt { position, target } => Pinhole::look_at(position, target, camera.fov, aspect),
         View::FrameIsland { azimuth, elevation, distance } => {
-            let level = elevation.cos();
-            let towards_camera = Vec3::new(azimuth.sin() * level, elevation.sin(), -azimuth.cos() * level);
-            Pinhole::frame(&ground.land(), -towards_camera, distance, camera.fov, aspect)
+            Pinhole::frame(&ground.land(), -direction(azimuth, elevation), distance, camera.fov, aspect)
         }
     }
 }

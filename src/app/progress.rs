@@ -36,6 +36,8 @@ struct Current {
     start: Instant,
     last_line: Instant,
     bar: Option<ProgressBar>,
+    /// What moves within an iteration.
+    detail: String,
 }
 
 /// Time between two lines where there is no terminal.
@@ -70,7 +72,21 @@ impl Progress {
             current.last_line = Instant::now();
             let rate = (iteration - current.cached) as f64 / current.start.elapsed().as_secs_f64();
             let left = of.saturating_sub(iteration) as f64 / rate;
-            line(&format!("{stage}: {iteration} of {of}, {rate:.1}/s, {left:.0} s left"));
+            let detail = &current.detail;
+            if iteration == current.cached {
+                line(&format!("{stage}: {iteration} of {of}{detail}"));
+            } else {
+                line(&format!("{stage}: {iteration} of {of}, {rate:.1}/s, {left:.0} s left{detail}"));
+            }
+        }
+    }
+
+    /// What is to be told of the stage under way beside its iterations, from now on.
+    pub fn detail(&mut self, detail: impl Display) {
+        let Some(current) = &mut self.current else { return };
+        current.detail = format!("; {detail}");
+        if let Some(bar) = &current.bar {
+            bar.set_prefix(detail.to_string());
         }
     }
 
@@ -115,12 +131,12 @@ impl Current {
             bar.reset_eta();
             bar
         });
-        Current { name, cached, iterations: cached, start: now, last_line: now, bar }
+        Current { name, cached, iterations: cached, start: now, last_line: now, bar, detail: String::new() }
     }
 }
 
 fn style() -> ProgressStyle {
-    let template = "{msg:<16} {bar:32} {pos}/{len}  {rate}  {eta} left";
+    let template = "{msg:<16} {bar:32} {pos}/{len}  {rate}  {eta} left  {prefix}";
     // A template that can't be read leaves the plain bar.
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     style.with_key("rate", |state: &ProgressState, out: &mut dyn fmt::Write| {

@@ -3,7 +3,7 @@
 use super::clock::{self, Stopwatch};
 use super::{Error, memory};
 use crate::{
-    core::{camera::Pinhole, hash::derive_seed},
+    core::camera::Pinhole,
     gpu::{Gpu, Recorder},
     plants::{
         derive::Limits,
@@ -132,11 +132,8 @@ fn world() -> Result<World, Error> {
 }
 
 fn grow(world: &World) -> Result<Vec<Arc<Model>>, Error> {
-    let grow = |(index, variant): (usize, u32)| {
-        let species = &world.plants.species[index];
-        let seed = derive_seed(world.seed, &format!("plants.{}", species.name));
-        Ok(Arc::new(species.grow(seed, variant, &Limits::default())?))
-    };
+    let grow =
+        |(index, variant): (usize, u32)| Ok(Arc::new(world.grow(index, variant, &Limits::default())?));
     world.plants.variants().into_par_iter().map(grow).collect()
 }
 

@@ -56,8 +56,6 @@ pub enum Error {
     #[error(transparent)]
     World(#[from] world::Error),
     #[error(transparent)]
-    Grow(#[from] plants::species::Error),
-    #[error(transparent)]
     Planting(#[from] plants::planting::Error),
     #[error("the world of the bench is no document: {0}")]
     Document(String),

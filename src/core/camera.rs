@@ -17,6 +17,14 @@ pub struct Pinhole {
 /// Enough to exhaust a float.
 const BISECTIONS: usize = 30;
 
+/// The unit vector to where the azimuth, clockwise from north, and the elevation say, radians. Every machine has the same
+/// bits of it: plants stand as the camera stands.
+pub fn direction(azimuth: f32, elevation: f32) -> Vec3 {
+    let (east, south) = (libm::sinf(azimuth), -libm::cosf(azimuth));
+    let level = libm::cosf(elevation);
+    Vec3::new(east * level, libm::sinf(elevation), south * level)
+}
+
 impl Pinhole {
     /// Looks from `eye` at `target` with the horizon level. `fov` is the vertical field of view, `aspect` is width
     /// over height. Looking straight up or down, north is at the top of the picture.
@@ -28,7 +36,7 @@ impl Pinhole {
     pub fn look_along(eye: Vec3, forward: Vec3, fov: f32, aspect: f32) -> Self {
         let right = forward.cross(Vec3::Y).try_normalize().unwrap_or(Vec3::X);
         let up = right.cross(forward);
-        let tangent = (fov / 2.0).tan();
+        let tangent = libm::tanf(fov / 2.0);
         Pinhole { eye, right, up, forward, tangent: [tangent * aspect, tangent] }
     }
 

@@ -9,4 +9,5 @@ pub mod memory;
 pub mod mesh;
 pub mod octahedron;
 pub mod resample;
+pub mod text;
 pub mod triangulation;

@@ -44,6 +44,8 @@ pub struct Import {
     pub population: Population,
     /// What the models lack that the file has, one sentence each.
     pub warnings: Vec<String>,
+    /// Whether it is a scene that this program wrote: in the world's coordinates, and no model to place.
+    pub is_own_scene: bool,
 }
 
 /// Reads models from a .glb, .gltf, .obj or .ply file, along with the files that it names and that lie in its folder.
@@ -77,6 +79,7 @@ impl Import {
         Import {
             population: Population { models: vec![Arc::new(model)], instances: [instance].into() },
             warnings,
+            is_own_scene: false,
         }
     }
 

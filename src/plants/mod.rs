@@ -9,3 +9,4 @@ pub mod mesh;
 pub mod planting;
 pub mod species;
 pub mod turtle;
+pub mod watch;

@@ -1,10 +1,11 @@
 //! A species: how a kind of plant grows and what it is made of, and its models.
 
 use super::{
-    derive::{self, Limits, Steps},
+    derive::{self, Change, Derivation, Limits, Steps, Word},
     grammar::Grammar,
     mesh::{self, Blade, Body, Stem},
-    turtle::{self, Interpretation, Placement},
+    turtle::{self, Interpretation, Measure, Placement},
+    watch::{Stopped, Watch},
 };
 use crate::{
     core::hash::derive_seed,
@@ -74,8 +75,28 @@ pub enum Error {
     Organ { symbol: char, problem: Box<Error> },
     #[error("organs within organs: {MAX_DEPTH} levels at most")]
     Depth,
-    #[error("material {index} of {count}")]
+    #[error("it is made of material number {index}, counted from 0, and the species has {count} in all")]
     Material { index: usize, count: usize },
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+/// What is seen of a plant while it grows; of its organs nothing.
+pub enum Seen<'a> {
+    /// The axiom, and what a step made of it.
+    Word(&'a Word),
+    /// The last word, and the turtle's way along it.
+    Way(&'a Word, &'a Measure),
+}
+
+/// An L-system whose `steps` end before its growth does.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unfinished {
+    /// The organ that it is, within others or not; `None` is the plant itself.
+    pub organ: Option<char>,
+    pub steps: u32,
+    /// The first step after which nothing changes.
+    pub ends: u32,
 }
 
 /// Most levels of organs within organs.
@@ -92,7 +113,7 @@ impl Species {
     /// # Errors
     /// As [`Species::body`].
     pub fn grow(&self, seed: u32, variant: u32, limits: &Limits) -> Result<Model, Error> {
-        Ok(self.model(&self.body(seed, variant, limits)?))
+        Ok(self.model(&self.body(seed, variant, limits)?, limits.watch)?)
     }
 
     /// A variant's branches and leaves, scaled to the height that the species has.
@@ -101,7 +122,18 @@ impl Species {
     /// As [`derive::derive`] and [`turtle::draw`]; where it would take more memory than `limits` allow, before it does; where
     /// it is no shape.
     pub fn body(&self, seed: u32, variant: u32, limits: &Limits) -> Result<Body, Error> {
-        let mut body = self.form.body(variant_seed(seed, variant), limits, MAX_DEPTH)?;
+        self.body_seen(seed, variant, limits, |_| ())
+    }
+
+    /// As [`Species::body`], and shows `see` what it is made from.
+    pub fn body_seen(
+        &self,
+        seed: u32,
+        variant: u32,
+        limits: &Limits,
+        see: impl FnMut(Seen),
+    ) -> Result<Body, Error> {
+        let mut body = self.form.body(variant_seed(seed, variant), limits, MAX_DEPTH, see)?;
         let stems = body.stems.iter().map(|stem| stem.material);
         let used = stems.chain(body.blades.iter().map(|blade| blade.material)).max();
         if let Some(index) = used.filter(|&index| index >= self.materials.len()) {
@@ -115,9 +147,20 @@ impl Species {
         Ok(body)
     }
 
+    /// What of the species is unfinished: its growth would end by itself, and `steps` end it before. Looks at the first
+    /// variant, and not much further than its steps go. What can't grow is not looked at.
+    pub fn unfinished(&self, seed: u32, limits: &Limits) -> Vec<Unfinished> {
+        let mut found = Vec::new();
+        self.form.find_unfinished(None, variant_seed(seed, 0), limits, &mut found);
+        found
+    }
+
     /// The triangles of a body of this species.
-    pub fn model(&self, body: &Body) -> Model {
-        let mut levels = mesh::levels(body);
+    ///
+    /// # Errors
+    /// When it is stopped.
+    pub fn model(&self, body: &Body, watch: Watch) -> Result<Model, Stopped> {
+        let mut levels = mesh::levels(body, watch)?;
         let used =
             |index: &usize| levels.iter().flat_map(|level| &level.parts).any(|part| part.material == *index);
         let used: Vec<usize> = (0..self.materials.len()).filter(used).collect();
@@ -125,21 +168,26 @@ impl Species {
             part.material = used.partition_point(|&index| index < part.material);
         }
         let materials = used.iter().map(|&index| self.materials[index].clone()).collect();
-        Model { name: self.name.clone(), materials, levels }
+        Ok(Model { name: self.name.clone(), materials, levels })
     }
 }
 
 impl Form {
     /// Derives and draws it, and bears its organs: each has grown once, and is then placed as often as it is named.
-    fn body(&self, seed: u32, limits: &Limits, depth: u32) -> Result<Body, Error> {
-        let word = derive::derive(&self.grammar, self.steps, seed, limits)?;
-        let drawing = turtle::draw(&word, &self.turtle)?;
+    fn body(&self, seed: u32, limits: &Limits, depth: u32, mut see: impl FnMut(Seen)) -> Result<Body, Error> {
+        let word =
+            derive::derive_seen(&self.grammar, self.steps, seed, limits, |word| see(Seen::Word(word)))?;
+        let drawing = turtle::draw(&word, &self.turtle, limits.watch)?;
+        see(Seen::Way(&word, &drawing.measure));
+        drop(word);
+        let mut pace = limits.watch.pace();
         let mut body = Body::default();
         for axis in drawing.axes {
             body.stems.push(Stem { material: self.wood, nodes: axis.nodes });
         }
         for polygon in drawing.polygons {
             let Some(&first) = polygon.vertices.first() else { continue };
+            pace.count(polygon_work(polygon.vertices.len()))?;
             let color = (polygon.color as usize).min(self.leaves.len().saturating_sub(1));
             let material = *self.leaves.get(color).unwrap_or(&self.wood);
             let outline = polygon.vertices.iter().map(|vertex| vertex - first).collect();
@@ -157,31 +205,79 @@ impl Form {
             let named = |problem: Error| Error::Organ { symbol: organ.symbol, problem: Box::new(problem) };
             let part = organ.body(seed, limits, depth).map_err(named)?;
             refuse(body.bytes(1).saturating_add(part.bytes(places.len())), limits)?;
+            pace.count(part.size().saturating_mul(places.len() as u64))?;
             body.place(&part, &places);
         }
         Ok(body)
     }
+
+    fn find_unfinished(&self, organ: Option<char>, seed: u32, limits: &Limits, found: &mut Vec<Unfinished>) {
+        let steps = match self.steps {
+            Steps::Fixed(steps) => steps,
+            Steps::UntilDone => u32::MAX,
+        };
+        if let Some(ends) = self.end(seed, limits).filter(|&ends| ends > steps) {
+            let unfinished = Unfinished { organ, steps, ends };
+            // An organ that stands in several others is met as often.
+            if !found.contains(&unfinished) {
+                found.push(unfinished);
+            }
+        }
+        for organ in &self.organs {
+            if let Shape::Grown(form) = &organ.shape {
+                form.find_unfinished(Some(organ.symbol), organ.seed(seed), limits, found);
+            }
+        }
+    }
+
+    /// The step after which nothing changes any more, if it comes soon enough to be looked for.
+    fn end(&self, seed: u32, limits: &Limits) -> Option<u32> {
+        let Steps::Fixed(steps) = self.steps else { return None };
+        let limits = Limits { work: limits.work.min(MOST_WORK_AHEAD), ..*limits };
+        let mut derivation = Derivation::new(&self.grammar, seed, &limits).ok()?;
+        for step in 0..steps.saturating_add(MOST_STEPS_AHEAD) {
+            if derivation.step().ok()? == Change::Done {
+                return Some(step);
+            }
+        }
+        None
+    }
+}
+
+/// How far the end of growth is looked for: as many steps behind the last one, and operations of all steps together.
+const MOST_STEPS_AHEAD: u32 = 1000;
+const MOST_WORK_AHEAD: u64 = 20_000_000;
+
+/// Operations that a polygon takes about until it is triangles.
+fn polygon_work(vertices: usize) -> u64 {
+    (vertices as u64).saturating_pow(2) / 4 + 100
 }
 
 /// From where a turtle starts, heading along y and with −x to its left, to coordinates along its heading, left and up.
 const FROM_TURTLE: DMat3 = DMat3::from_cols(DVec3::NEG_Y, DVec3::X, DVec3::Z);
 
 impl Organ {
+    /// The seed of its own growth, within something with this seed.
+    fn seed(&self, seed: u32) -> u32 {
+        derive_seed(seed, &format!("organ.{}", self.symbol))
+    }
+
     /// In coordinates along the turtle's heading, left and up.
     fn body(&self, seed: u32, limits: &Limits, depth: u32) -> Result<Body, Error> {
         let outlines = match &self.shape {
             Shape::Polygons(outlines) => outlines,
             Shape::Grown(_) if depth == 0 => return Err(Error::Depth),
             Shape::Grown(form) => {
-                let grown =
-                    form.body(derive_seed(seed, &format!("organ.{}", self.symbol)), limits, depth - 1)?;
+                let grown = form.body(self.seed(seed), limits, depth - 1, |_| ())?;
                 let mut body = Body::default();
                 body.place(&grown, &[DAffine3::from_mat3(FROM_TURTLE)]);
                 return Ok(body);
             }
         };
+        let mut pace = limits.watch.pace();
         let mut body = Body::default();
         for outline in outlines {
+            pace.count(polygon_work(outline.vertices.len()))?;
             let vertices = outline.vertices.iter().map(|&vertex| DVec3::from(vertex)).collect();
             if let Some(blade) = Blade::new(outline.material, vertices, DVec3::Z)? {
                 body.add(blade, DVec3::ZERO);

@@ -5,6 +5,7 @@
 
 use super::derive::{Module, Word};
 use super::grammar::sin_cos;
+use super::watch::{Pace, Stopped, Watch};
 use glam::{DMat3, DVec3};
 
 /// What the symbols of a word mean.
@@ -156,20 +157,24 @@ pub enum Problem {
     TooDeep,
     #[error("more than {MOST_POINTS} points are drawn")]
     TooMany,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// Brackets or braces, one in the other.
 pub const MOST_DEPTH: usize = 100_000;
 /// Nodes, vertices and placements of a drawing; an axis and a polygon take a few each.
 pub const MOST_POINTS: usize = 2_000_000;
+/// Operations that a module takes about.
+const MODULE: u64 = 4;
 
 /// Follows the turtle through a word. It starts at the origin with heading +Y, left −X and up +Z.
 ///
 /// # Errors
-/// Brackets or braces that don't match, places that are no numbers, more points than a plant can have.
-pub fn draw(word: &Word, how: &Interpretation) -> Result<Drawing, Error> {
+/// Brackets or braces that don't match, places that are no numbers, more points than a plant can have; when it is stopped.
+pub fn draw(word: &Word, how: &Interpretation, watch: Watch) -> Result<Drawing, Error> {
     let mut turtle = Turtle::new(how, Some(Drawing::default()));
-    turtle.follow(word)?;
+    turtle.follow(word, watch.pace())?;
     let measure = turtle.measure;
     Ok(Drawing { measure, ..turtle.drawing.unwrap_or_default() })
 }
@@ -180,7 +185,7 @@ pub fn draw(word: &Word, how: &Interpretation) -> Result<Drawing, Error> {
 /// As [`draw`], but for the number of points.
 pub fn measure(word: &Word, how: &Interpretation) -> Result<Measure, Error> {
     let mut turtle = Turtle::new(how, None);
-    turtle.follow(word)?;
+    turtle.follow(word, Watch::NONE.pace())?;
     Ok(turtle.measure)
 }
 
@@ -273,10 +278,11 @@ impl<'a> Turtle<'a> {
         }
     }
 
-    fn follow(&mut self, word: &Word) -> Result<(), Error> {
+    fn follow(&mut self, word: &Word, mut pace: Pace) -> Result<(), Error> {
         let mut modules = word.modules().zip(1..);
         while let Some((module, place)) = modules.next() {
             let fail = |problem| Error { problem, place, symbol: module.symbol };
+            pace.count(MODULE).map_err(|stopped| fail(stopped.into()))?;
             let command = match self.commands.get(module.symbol as usize) {
                 Some(command) => *command,
                 None => command(self.how, module.symbol),
@@ -526,7 +532,9 @@ fn command(how: &Interpretation, symbol: char) -> Command {
     }
 }
 
-fn vector_area(vertices: &[DVec3]) -> DVec3 {
+/// Half the sum of the cross products along the outline of a polygon (Newell's method): as long as the area that it
+/// encloses in the plane across it, and standing on the side from which the outline runs counter-clockwise.
+pub fn vector_area(vertices: &[DVec3]) -> DVec3 {
     let Some((&first, rest)) = vertices.split_first() else { return DVec3::ZERO };
     rest.windows(2).map(|edge| (edge[0] - first).cross(edge[1] - first)).sum::<DVec3>() / 2.0
 }

@@ -3,7 +3,8 @@
 use glam::Vec3;
 
 use super::Quality;
-use crate::core::{camera::Pinhole, grid::Grid};
+use crate::core::camera::{Pinhole, direction};
+use crate::core::grid::Grid;
 use crate::gpu::{self, Buffer, Compute, Gpu, Recorder};
 use crate::scene::{self, Film, Scene, View};
 use crate::shaders::{Frame, Patch, raster::patches};
@@ -66,10 +67,8 @@ fn camera(scene: &Scene, film: &Film, bounds: &[Patch], side: u32) -> Pinhole {
     match scene.camera.view {
         View::LookAt { position, target } => Pinhole::look_at(position, target, fov, aspect),
         View::FrameIsland { azimuth, elevation, distance } => {
-            let level = elevation.cos();
-            let towards_camera = Vec3::new(azimuth.sin() * level, elevation.sin(), -azimuth.cos() * level);
             let boxes = land(scene, bounds, side);
-            Pinhole::frame(&boxes, -towards_camera, distance, fov, aspect)
+            Pinhole::frame(&boxes, -direction(azimuth, elevation), distance, fov, aspect)
         }
     }
 }

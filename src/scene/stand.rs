@@ -43,7 +43,7 @@ impl Stand {
             Place::At(at) => at,
             Place::Height { expected, edge_offset } => nearest(grid, heights, expected, edge_offset),
         };
-        let ahead = foot + self.distance * Vec2::new(self.azimuth.sin(), -self.azimuth.cos());
+        let ahead = foot + self.distance * Vec2::new(libm::sinf(self.azimuth), -libm::cosf(self.azimuth));
         let above = |at: Vec2| Vec3::new(at.x, height_at(at) + self.height, at.y);
         View::LookAt { position: above(foot), target: above(ahead) }
     }

@@ -3,6 +3,7 @@
 use super::place::KeyPath;
 use super::settings::Setting;
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 use toml_edit::{Document, Item};
@@ -17,14 +18,35 @@ pub struct Fault {
     pub text: Option<Arc<Text>>,
 }
 
-/// A file that a world names, as it was read.
-#[derive(Debug, PartialEq)]
+/// A world's file or one that a world names, as it was read.
+#[derive(Debug)]
 pub struct Text {
     /// Path of the file, as messages show it.
     pub name: String,
     /// What it describes: "the species".
     pub what: &'static str,
     pub text: String,
+    /// What the command line changes in it.
+    pub settings: Arc<[Setting]>,
+    pub origins: Arc<Origins>,
+}
+
+impl PartialEq for Text {
+    fn eq(&self, other: &Text) -> bool {
+        (&self.name, &self.text) == (&other.name, &other.text)
+    }
+}
+
+/// Where the keys of a text that nobody has written come from: files, by the keys that were made from them.
+#[derive(Clone, Debug, Default)]
+pub struct Origins(pub BTreeMap<String, String>);
+
+impl Origins {
+    /// The file that a key comes from.
+    pub fn of(&self, path: &KeyPath) -> Option<&str> {
+        let around = |len: usize| self.0.get(&KeyPath(path.0[..len].to_vec()).to_string());
+        (1..=path.0.len()).rev().find_map(around).map(String::as_str)
+    }
 }
 
 /// What is wrong, without the place.
@@ -95,6 +117,7 @@ pub struct Sources<'a> {
     pub what: &'static str,
     pub document: Document<&'a str>,
     pub settings: &'a [Setting],
+    pub origins: &'a Origins,
 }
 
 impl Sources<'_> {
@@ -111,6 +134,9 @@ impl Sources<'_> {
         let sentence = |fault: &Fault| {
             let complaint = &fault.complaint;
             let path = fault.paths.first().map(|path| format!("`{path}` ")).unwrap_or_default();
+            if let Some(file) = self.origin(fault) {
+                return format!("{file}: {}: {}", complaint.problem, complaint.label);
+            }
             let place = match &fault.text {
                 None => self.place(fault),
                 Some(text) => text.sources().and_then(|sources| sources.place(fault)),
@@ -136,7 +162,19 @@ impl Sources<'_> {
         found.iter().take(MOST + 1).map(|(spot, fault)| self.show(spot, fault)).collect()
     }
 
-    fn show(&self, spot: &Option<Spot>, Fault { paths, complaint, .. }: &Fault) -> String {
+    /// The file that its key comes from, where that is another one.
+    fn origin(&self, fault: &Fault) -> Option<&str> {
+        fault.paths.iter().find_map(|path| self.origins.of(path))
+    }
+
+    fn show(&self, spot: &Option<Spot>, fault: &Fault) -> String {
+        let Fault { paths, complaint, .. } = fault;
+        let set = matches!(spot, Some(Spot { source: Source::Setting(_), .. }));
+        if let Some(file) = self.origin(fault).filter(|_| !set) {
+            // There is no such text that a label could stand beside.
+            let title = format!("`{file}` {}", complaint.problem);
+            return show_whole(title, file, &Complaint { label: String::new(), ..complaint.clone() });
+        }
         let title = match paths.first() {
             Some(path) if !path.0.is_empty() => format!("`{path}` {}", complaint.problem),
             _ => format!("{} {}", self.what, complaint.problem),
@@ -209,10 +247,16 @@ pub fn together(mut reports: Vec<String>) -> String {
 }
 
 impl Text {
+    /// As [`Sources::sentences`].
+    pub fn sentences(&self, faults: &[Fault]) -> Vec<String> {
+        self.sources().map(|sources| sources.sentences(faults)).unwrap_or_default()
+    }
+
     /// `None` if it is no TOML: then nothing in it has a place.
     fn sources(&self) -> Option<Sources<'_>> {
         let document = Document::parse(self.text.as_str()).ok()?;
-        Some(Sources { name: &self.name, what: self.what, document, settings: &[] })
+        let Text { name, what, settings, origins, .. } = self;
+        Some(Sources { name, what, document, settings, origins })
     }
 }
 
@@ -242,11 +286,16 @@ pub fn report_place(
 ) -> String {
     match place {
         Some((text, span)) => show(title, Snippet::source(text).path(name), span, complaint),
-        None => {
-            let group = Level::ERROR.primary_title(title).element(Origin::path(name));
-            render(group.element(Level::NOTE.message(complaint.label.as_str())), complaint)
-        }
+        None => show_whole(title, name, complaint),
     }
+}
+
+fn show_whole(title: String, name: &str, complaint: &Complaint) -> String {
+    let mut group = Level::ERROR.primary_title(title).element(Origin::path(name));
+    if !complaint.label.is_empty() {
+        group = group.element(Level::NOTE.message(complaint.label.as_str()));
+    }
+    render(group, complaint)
 }
 
 fn show(title: String, snippet: Snippet<Annotation>, span: Range<usize>, complaint: &Complaint) -> String {

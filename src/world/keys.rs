@@ -8,7 +8,7 @@ use super::schema::{Kind, Names, Preset, REQUIRED, Shape, Unit, section};
 use super::{models, planting, species};
 use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
-use crate::terrain::{Boundary, hydraulic, reef, thermal};
+use crate::terrain::{Boundary, FARTHEST_GROUND, hydraulic, reef, thermal};
 
 pub const NONE: Unit = Unit { symbol: "", factor: 1.0 };
 pub const M: Unit = Unit { symbol: "m", factor: 1.0 };
@@ -119,6 +119,9 @@ section! {
         layers: Vec<Layer> = list(layer(), 1..=64, DEFAULT_LAYERS),
     }
 }
+
+/// Level of a sea that no ground can reach down to, metres.
+pub const NO_SEA: f64 = -FARTHEST_GROUND as f64;
 
 const DEFAULT_LAYERS: &str = r#"[
     { cone = { height = 1100, radius = 3100, exponent = 0.8 } },
@@ -489,8 +492,9 @@ section! {
 section! {
     /// The sea: its level, and what its water does to light.
     for scene::Sea {
-        /// Height of the surface above the datum at the start; a reef's stages move it.
-        level = number(210.0, M, -20_000.0..=20_000.0),
+        /// Height of the surface above the datum at the start; a reef's stages move it. No ground lies below the least level:
+        /// there is no sea then.
+        level = number(210.0, M, NO_SEA..=20_000.0),
         /// Attenuation along the line of sight, for red, green and blue, K_A (32).
         attenuation = numbers([0.28, 0.032, 0.014], PER_M, 0.0..=100.0),
         /// Colour of water without a bottom.

@@ -26,16 +26,17 @@ pub use reference::{reference, reference_of_species};
 
 use crate::core::hash::hexadecimal;
 use crate::formats;
-use crate::plants;
-use crate::scene;
+use crate::plants::{self, derive::Limits};
+use crate::scene::{self, Model};
 use crate::terrain;
-use fault::{Cause, Fault, Sources, report_text};
+use fault::{Cause, Complaint, Fault, Origins, Sources, report_text};
 use place::Place;
 use schema::Section;
 use settings::Setting;
 use sha2::{Digest, Sha256};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use toml_edit::{Document, DocumentMut};
 
 /// A world: what makers and renderers need, checked, in metres, seconds, years, radians and cd/m².
@@ -53,6 +54,8 @@ pub struct World {
     pub sea: scene::Sea,
     pub surface: scene::Surface,
     pub plants: plants::planting::Plan,
+    /// Where the species of [`World::plants`] are written.
+    pub written: Vec<species::Source>,
     pub viewpoint: scene::Viewpoint,
     /// Vertical field of view, radians.
     pub fov: f32,
@@ -117,14 +120,16 @@ pub fn load(path: &Path, overrides: &Overrides) -> Result<World, Error> {
 
 /// A folder is a world file that nobody has written down, and read as such.
 fn load_folder(path: &Path, overrides: &Overrides) -> Result<World, Error> {
-    let thesis::Converted { text, photo } = thesis::read(path)?;
+    let thesis::Converted { text, photo, origins, mut warnings } = thesis::read(path)?;
     let name = format!("{} as a world file", path.display());
-    let world = parse(&name, text.as_bytes(), path, overrides)?;
+    let world = parse_made(&name, text.as_bytes(), path, overrides, origins)?;
+    warnings.extend(world.warnings);
     let whole = std::fs::canonicalize(path).unwrap_or_else(|_| path.into());
     Ok(World {
         name: whole.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
         path: path.into(),
         photo: Some(path.join("photos").join(format!("{photo}.exr"))),
+        warnings,
         ..world
     })
 }
@@ -135,28 +140,61 @@ fn load_folder(path: &Path, overrides: &Overrides) -> Result<World, Error> {
 /// # Errors
 /// With every mistake that was found: where, what is wrong, what is allowed.
 pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> Result<World, Error> {
+    parse_made(name, bytes, folder, overrides, Origins::default())
+}
+
+/// Reads a world whose text was made from other files.
+fn parse_made(
+    name: &str,
+    bytes: &[u8],
+    folder: &Path,
+    overrides: &Overrides,
+    origins: Origins,
+) -> Result<World, Error> {
     let text = text(name, "world", bytes)?;
     let parsed = self::document(name, text)?;
     let settings: Result<Vec<Setting>, String> =
         overrides.set.iter().map(|argument| Setting::parse(argument)).collect();
-    let settings = settings.map_err(|report| Error::Wrong { report })?;
+    let settings: Arc<[Setting]> = settings.map_err(|report| Error::Wrong { report })?.into();
+    let origins = Arc::new(origins);
+    let whole = Arc::new(fault::Text {
+        name: name.into(),
+        what: "the world",
+        text: text.into(),
+        settings: settings.clone(),
+        origins: origins.clone(),
+    });
 
     let mut document = parsed.clone().into_mut();
     let planned =
         edit(&mut document, &settings, overrides.seed).and_then(|()| read(&document)).and_then(|written| {
             let (plan, species) =
-                both(plan::plan(&written, folder), species::of_world(&written.species, folder))?;
+                both(plan::plan(&written, folder), species::of_world(&written.species, &whole, folder))?;
             Ok((written, plan, species))
         });
-    let sources = Sources { name, what: "the world", document: parsed, settings: &settings };
-    let (written, planned, (species, remarks)) = planned.map_err(|faults| {
+    let sources =
+        Sources { name, what: "the world", document: parsed, settings: &settings, origins: &origins };
+    let (written, planned, (species, remarks)) = planned.map_err(|mut faults| {
+        if sources.document.get("grammar").is_some() {
+            // Every key would be wrong.
+            let label =
+                "look at it with `terrane plant`, or let a world name the file in its table `species`";
+            let complaint = Complaint::new("makes this the file of a species, and a world is wanted", label);
+            faults = vec![complaint.about_key().at("grammar".into())];
+        }
         let report = sources.report(&faults);
         let files_only = faults.iter().all(|fault| fault.complaint.cause == Cause::File);
         if files_only { Error::Unreadable { report } } else { Error::Wrong { report } }
     })?;
 
     let path = PathBuf::from(name);
-    let plan::Planned { plan, light, viewpoint, film, models, rules, standing, mut warnings } = planned;
+    let plan::Planned { plan, light, viewpoint, film, models, mut rules, standing, mut warnings } = planned;
+    for rule in &mut rules {
+        if let Some(file) = origins.of(&KeyPath::from(rule.name.as_str())) {
+            rule.name = file.into();
+        }
+    }
+    let (species, places) = species.into_iter().unzip();
     warnings.extend(sources.sentences(&remarks));
     let keys::World { format: (), seed, sea, surface, camera, .. } = written;
     Ok(World {
@@ -169,6 +207,7 @@ pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> 
         sea,
         surface,
         plants: plants::planting::Plan { species, models, rules, standing },
+        written: places,
         viewpoint,
         fov: camera.fov,
         film,
@@ -176,6 +215,27 @@ pub fn parse(name: &str, bytes: &[u8], folder: &Path, overrides: &Overrides) -> 
         warnings,
         document,
     })
+}
+
+impl World {
+    /// The model of a variant of a species, by its index in [`World::plants`].
+    ///
+    /// # Errors
+    /// Why it can't grow, with its place in the file.
+    pub fn grow(&self, species: usize, variant: u32, limits: &Limits) -> Result<Model, Error> {
+        let grown = self.plants.species[species].grow(self.seed_of(species), variant, limits);
+        grown.map_err(|error| self.written[species].blame(&error))
+    }
+
+    /// Sentences about what of a species is unfinished, see [`plants::species::Species::unfinished`].
+    pub fn unfinished(&self, species: usize, limits: &Limits) -> Vec<String> {
+        let unfinished = self.plants.species[species].unfinished(self.seed_of(species), limits);
+        unfinished.iter().map(|unfinished| self.written[species].warn(unfinished)).collect()
+    }
+
+    fn seed_of(&self, species: usize) -> u32 {
+        species::seed(self.seed, &self.plants.species[species].name)
+    }
 }
 
 /// Everything that may stand in a world file, as data.

@@ -55,6 +55,9 @@ section! {
     }
 }
 
+/// What to do with a scene of ours.
+const BACK: &str = "`at = \"file\"` puts all that `terrane export` wrote back where it stood";
+
 const IN_PLACE: &str = "Where the file has it.";
 
 /// The axis of a file that points up.
@@ -109,6 +112,7 @@ pub fn models(written: &[Model], species: &[&str], seed: u32, check: &mut Check)
         }
         let taken =
             |name: &str| species.contains(&name) || found.models.iter().any(|other| other.name == name);
+        reader.warn_of_scene(file, &import);
         let Some(name) = reader.name(file, taken) else { continue };
         let Some(shape) = reader.shape(file, import, &name) else { continue };
         if let Some(Some(at)) = &model.at {
@@ -215,7 +219,8 @@ impl<'a> Reader<'a, '_, '_> {
         let merged = match import.merged(&self.check.folder.join(file)) {
             Ok(merged) => merged,
             Err(error) => {
-                let complaint = Complaint::new(format!("names \"{}\"", shown(file)), error.to_string());
+                let mut complaint = Complaint::new(format!("names \"{}\"", shown(file)), error.to_string());
+                complaint.help = import.is_own_scene.then(|| BACK.into());
                 self.check.refuse(&[self.place.join("file")], complaint);
                 return None;
             }
@@ -286,6 +291,13 @@ impl<'a> Reader<'a, '_, '_> {
         let complaint = Complaint::new("names a model that is too large", label);
         self.check.refuse(&[self.place.join("file")], complaint);
         None
+    }
+
+    /// A scene of ours would be one model.
+    fn warn_of_scene(&mut self, file: &str, import: &Import) {
+        if import.is_own_scene && self.model.at.is_none() {
+            self.check.warn(format!("`{}`: \"{}\" is a whole scene; {BACK}", self.place, shown(file)));
+        }
     }
 
     fn warn_of_origin(&mut self, model: &scene::Model) {

@@ -2,6 +2,7 @@
 
 use super::fault::{Complaint, Fault};
 use super::schema::Table;
+pub use crate::core::text::shown;
 use std::cell::RefCell;
 use std::fmt;
 use toml_edit::{Item, TableLike};
@@ -30,16 +31,6 @@ impl fmt::Display for KeyPath {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0.iter().map(|key| shown(key)).collect::<Vec<_>>().join("."))
     }
-}
-
-/// A user's word as a message shows it: escaped, and cut where it would fill the screen.
-pub fn shown(word: &str) -> String {
-    const LONGEST: usize = 60;
-    let mut shown: String = word.chars().take(LONGEST).flat_map(char::escape_debug).collect();
-    if word.chars().nth(LONGEST).is_some() {
-        shown.push('…');
-    }
-    shown
 }
 
 /// A place in a world file: what is written there, if anything, and the way to it. What is wrong with it is noted,

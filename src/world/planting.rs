@@ -30,75 +30,78 @@ pub fn rule() -> OneOf<Rule> {
     one_of([tag("scatter", Rule::Scatter), tag("cover", Rule::Cover), tag("grid", Rule::Grid)])
 }
 
-section! {
+/// Declares a rule: its own keys, and those that all rules share with this rule's values for what is not written.
+macro_rules! rule {
+    ($(#[doc = $about:literal])+ struct $name:ident {
+        $($(#[doc = $doc:literal])+ $key:ident: $type:ty = $kind:expr,)+
+        ..shared { scale: $scale:expr, lean: $lean:expr, shade: $shade:expr }
+    }) => {
+        section! {
+            $(#[doc = $about])+
+            struct $name {
+                /// What is planted: names of `species` and `models`.
+                species: Option<Vec<String>> = species(),
+                /// How many there are of each, in proportion to the others.
+                shares: Option<Vec<f32>> = shares(),
+                $($(#[doc = $doc])+ $key: $type = $kind,)+
+                /// Least and greatest size, as multiples of the species' own.
+                scale: [f32; 2] = numbers($scale, NONE, 1e-3..=1000.0),
+                /// How far plants lean away from the slope: 0 is upright, 1 is as the ground does.
+                lean: f32 = number($lean, NONE, 0.0..=1.0),
+                /// Share of the plants that lives under the crowns of those that earlier rules planted; nothing lives where
+                /// a trunk stands.
+                shade: f32 = number($shade, NONE, 0.0..=1.0),
+                /// What they stand on.
+                ground: Footing = footing(),
+                /// Where they like to grow.
+                site: Site = table::<Site>(),
+                /// Its own seed.
+                seed: Option<u32> = own_seed(),
+            }
+        }
+
+        impl $name {
+            fn shared(&self) -> Shared<'_> {
+                let &$name { ref species, ref shares, scale, lean, shade, ground, ref site, seed, .. } = self;
+                Shared { species, shares, scale, lean, shade, ground, site, seed }
+            }
+        }
+    };
+}
+
+rule! {
     /// Plants at random places all over the land, none nearer to another than `spacing`: trees, shrubs, rocks.
     struct Scatter {
-        /// What is planted: names of `species` and `models`.
-        species: Option<Vec<String>> = species(),
-        /// How many there are of each, in proportion to the others.
-        shares: Option<Vec<f32>> = shares(),
         /// Least distance between two plants of the rule.
         spacing: f32 = number(5.0, M, 0.05..=10_000.0),
         /// Plants where the site is at its best, before any is shaded out.
         density: Option<f32> = optional(number(100.0, PER_HECTARE, 1e-6..=1e7), "as many as `spacing` lets stand: 6121/spacing²"),
-        /// Least and greatest size, as multiples of the species' own.
-        scale: [f32; 2] = numbers([0.75, 1.35], NONE, 1e-3..=1000.0),
-        /// How far plants lean away from the slope: 0 is upright, 1 is as the ground does.
-        lean: f32 = number(0.0, NONE, 0.0..=1.0),
-        /// Share of the plants that lives under the crowns of those that earlier rules planted; nothing lives where a trunk
-        /// stands. Begin with the largest plants.
-        shade: f32 = number(0.0, NONE, 0.0..=1.0),
         /// What shades plants out (after Deussen et al. 1998).
         thinning: Rivalry = choice([
             ("earlier", "crowns of earlier rules", Rivalry::None),
             ("all", "larger plants of this rule, too", Rivalry::Size),
         ]),
-        /// What they stand on.
-        ground: Footing = footing(),
-        /// Where they like to grow.
-        site: Site = table::<Site>(),
-        /// Its own seed.
-        seed: Option<u32> = own_seed(),
+        ..shared { scale: [0.75, 1.35], lean: 0.0, shade: 0.0 }
     }
 }
 
-section! {
+rule! {
     /// Ground cover round the camera: grass, flowers, ferns, stones. Every plant has its place in the world; further from
     /// the camera fewer of them are seen, and of those that are seen from afar all are large.
     struct Cover {
-        /// What is planted: names of `species` and `models`.
-        species: Option<Vec<String>> = species(),
-        /// How many there are of each, in proportion to the others.
-        shares: Option<Vec<f32>> = shares(),
         /// Plants where all are seen and the site is at its best.
         density: f32 = number(20.0, PER_M2, 1e-6..=10_000.0).usual(0.5..=40.0),
         /// All are seen up to this distance from the camera; beyond, their number falls with its square.
         near: f32 = number(8.0, M, 0.1..=10_000.0).usual(4.0..=20.0),
         /// None is seen beyond.
         reach: f32 = number(60.0, M, 0.1..=100_000.0).usual(30.0..=300.0),
-        /// Least and greatest size, as multiples of the species' own.
-        scale: [f32; 2] = numbers([0.6, 1.4], NONE, 1e-3..=1000.0),
-        /// How far plants lean away from the slope: 0 is upright, 1 is as the ground does.
-        lean: f32 = number(0.3, NONE, 0.0..=1.0),
-        /// Share of the plants that lives under the crowns of those that earlier rules planted; nothing lives where a trunk
-        /// stands.
-        shade: f32 = number(1.0, NONE, 0.0..=1.0),
-        /// What they stand on.
-        ground: Footing = footing(),
-        /// Where they like to grow.
-        site: Site = table::<Site>(),
-        /// Its own seed.
-        seed: Option<u32> = own_seed(),
+        ..shared { scale: [0.6, 1.4], lean: 0.3, shade: 1.0 }
     }
 }
 
-section! {
+rule! {
     /// Plants in the cells of a grid that the camera carries along (Rudzki 2020, section 4.3.10).
     struct Grid {
-        /// What is planted: names of `species` and `models`.
-        species: Option<Vec<String>> = species(),
-        /// How many there are of each, in proportion to the others.
-        shares: Option<Vec<f32>> = shares(),
         /// From the camera to the middle of the grid: metres east and south.
         offset: [f32; 2] = numbers([0.0, 0.0], M, -1e6..=1e6),
         /// Cells from west to east, and from north to south.
@@ -109,19 +112,7 @@ section! {
         probability: f32 = number(1.0, NONE, 0.0..=1.0),
         /// Side of the square round a cell's middle in which a plant stands, as a share of the cell's.
         jitter: f32 = number(0.5, NONE, 0.0..=1.0),
-        /// Least and greatest size, as multiples of the species' own.
-        scale: [f32; 2] = numbers([0.5, 2.0], NONE, 1e-3..=1000.0),
-        /// How far plants lean away from the slope: 0 is upright, 1 is as the ground does.
-        lean: f32 = number(0.0, NONE, 0.0..=1.0),
-        /// Share of the plants that lives under the crowns of those that earlier rules planted; nothing lives where a trunk
-        /// stands.
-        shade: f32 = number(1.0, NONE, 0.0..=1.0),
-        /// What they stand on.
-        ground: Footing = footing(),
-        /// Where they like to grow.
-        site: Site = table::<Site>(),
-        /// Its own seed.
-        seed: Option<u32> = own_seed(),
+        ..shared { scale: [0.5, 2.0], lean: 0.0, shade: 1.0 }
     }
 }
 
@@ -210,7 +201,7 @@ struct Reader<'a, 'b> {
 }
 
 /// What all rules say.
-struct Common<'a> {
+struct Shared<'a> {
     species: &'a Option<Vec<String>>,
     shares: &'a Option<Vec<f32>>,
     scale: [f32; 2],
@@ -221,22 +212,6 @@ struct Common<'a> {
     seed: Option<u32>,
 }
 
-/// The fields of a rule that [`Common`] has.
-macro_rules! common {
-    ($rule:ident) => {
-        Common {
-            species: &$rule.species,
-            shares: &$rule.shares,
-            scale: $rule.scale,
-            lean: $rule.lean,
-            shade: $rule.shade,
-            ground: $rule.ground,
-            site: &$rule.site,
-            seed: $rule.seed,
-        }
-    };
-}
-
 impl Reader<'_, '_> {
     /// `None` where something is wrong that was noted.
     fn rule(&mut self, rule: &Rule, index: usize) -> Option<planting::Rule> {
@@ -245,7 +220,7 @@ impl Reader<'_, '_> {
             Rule::Scatter(scatter) => {
                 let place = place.join("scatter");
                 let places = Places::Scatter(self.scatter(scatter, &place));
-                self.common(common!(scatter), places, "scatter", place)
+                self.planted(scatter.shared(), places, "scatter", place)
             }
             Rule::Cover(cover) => {
                 let place = place.join("cover");
@@ -257,8 +232,8 @@ impl Reader<'_, '_> {
                         Complaint::new("lies beyond the reach", label),
                     );
                 }
-                self.common(
-                    common!(cover),
+                self.planted(
+                    cover.shared(),
                     Places::Cover(planting::Cover { density, near, reach }),
                     "cover",
                     place,
@@ -274,7 +249,7 @@ impl Reader<'_, '_> {
                     probability,
                     jitter,
                 });
-                self.common(common!(grid), places, "grid", place)
+                self.planted(grid.shared(), places, "grid", place)
             }
         }
     }
@@ -297,44 +272,44 @@ impl Reader<'_, '_> {
         planting::Scatter { spacing: scatter.spacing, density, rivalry: scatter.thinning }
     }
 
-    fn common(
+    fn planted(
         &mut self,
-        common: Common,
+        shared: Shared,
         places: Places,
         tag: &str,
         place: KeyPath,
     ) -> Option<planting::Rule> {
-        let [least, greatest] = common.scale;
+        let [least, greatest] = shared.scale;
         if least > greatest {
             let complaint = Complaint::new("must not fall", "the least size before the greatest");
             self.refuse(&[place.join("scale")], complaint);
         }
-        let kinds = self.kinds(&common, &place)?;
+        let kinds = self.kinds(&shared, &place)?;
         let key = format!(
             "plants.{tag}.{}",
-            common.species.iter().flatten().cloned().collect::<Vec<_>>().join(".")
+            shared.species.iter().flatten().cloned().collect::<Vec<_>>().join(".")
         );
         let same = self.same.entry(key.clone()).or_default();
         *same += 1;
         // A rule like an earlier one has places of its own.
         let key = if *same > 1 { format!("{key}.{same}") } else { key };
-        let seed = common.seed.unwrap_or_else(|| derive_seed(self.seed, &key));
+        let seed = shared.seed.unwrap_or_else(|| derive_seed(self.seed, &key));
         Some(planting::Rule {
             name: place.to_string(),
             seed,
             kinds,
-            scale: common.scale,
-            lean: common.lean,
-            shade: common.shade,
-            site: self.site(common.site, common.ground, seed, &place.join("site")),
+            scale: shared.scale,
+            lean: shared.lean,
+            shade: shared.shade,
+            site: self.site(shared.site, shared.ground, seed, &place.join("site")),
             places,
         })
     }
 
     /// Kinds with their shares.
-    fn kinds(&mut self, common: &Common, place: &KeyPath) -> Option<Vec<(usize, f32)>> {
+    fn kinds(&mut self, shared: &Shared, place: &KeyPath) -> Option<Vec<(usize, f32)>> {
         let at = place.join("species");
-        let Some(species) = common.species else {
+        let Some(species) = shared.species else {
             let known = format!("one or more of: {}", self.names.join(", "));
             let label = if self.names.is_empty() { NO_SPECIES.into() } else { known };
             self.refuse(&[at, place.clone()], Complaint::new("is missing", label).about_key());
@@ -356,7 +331,7 @@ impl Reader<'_, '_> {
                 }
             }
         }
-        let shares = common.shares.clone().unwrap_or_else(|| vec![1.0; species.len()]);
+        let shares = shared.shares.clone().unwrap_or_else(|| vec![1.0; species.len()]);
         let wrong = if shares.len() != species.len() {
             Some(Complaint::new(
                 format!("has {} numbers", shares.len()),

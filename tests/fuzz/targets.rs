@@ -8,6 +8,7 @@ use terrane::formats::{self, Hints, Window, model, png, raw, tiff};
 use terrane::plants::derive::{Derivation, Limits};
 use terrane::plants::grammar::Grammar;
 use terrane::plants::turtle::{self, Interpretation};
+use terrane::plants::watch::Watch;
 use terrane::scene::{Level, Material, Model, Part};
 use terrane::world::thesis::{self, Contents, Folder};
 use terrane::world::{self, Overrides, species};
@@ -35,7 +36,8 @@ pub const TARGETS: [Target; 6] = [
 ];
 
 /// What a mistake costs is bounded by what is allowed; here that is little, so that there are many trials.
-const LIMITS: Limits = Limits { modules: 20_000, bytes: 4 << 20, steps: 100, work: 2_000_000 };
+const LIMITS: Limits =
+    Limits { modules: 20_000, bytes: 4 << 20, steps: 100, work: 2_000_000, watch: Watch::NONE };
 
 // Grammars -----------------------------------------------------------------------------------------------------------
 

@@ -263,6 +263,36 @@ error: `GeneratorType` names what there is none of
 ",
     ),
     (
+        "a production without its word, before a name that is spelled wrong",
+        |folder| add(folder, "trees/fork.lsys", "Prod A >\nTurnAngel 3"),
+        r"
+`Prod` has too few values
+  --> settings/trees/fork.lsys:13:1
+   |
+13 | Prod A >
+   | ^^^^ a symbol, `>` and a word: `Prod A > F[+A]A`
+
+error: `TurnAngel` is unknown
+  --> settings/trees/fork.lsys:14:1
+   |
+14 | TurnAngel 3
+   | ^^^^^^^^^ did you mean `TurnAngle`?
+   |
+   = help: known here: N, Height, ConeBasePoints, Material, InitRadius, TurnAngle, PitchAngle, RollAngle, Axiom, Prod
+",
+    ),
+    (
+        "an edge that leaves no place to stand",
+        |folder| add(folder, "camera.conf", "EdgeMinOffset 120.5"),
+        r"
+`EdgeMinOffset` leaves no place to stand
+ --> settings/camera.conf:6:15
+  |
+6 | EdgeMinOffset 120.5
+  |               ^^^^^ allowed: up to 120, half of `Size` in terrain.conf
+",
+    ),
+    (
         "a production for nothing",
         |folder| add(folder, "trees/fork.lsys", "Prod Q > F"),
         r"

@@ -4,18 +4,23 @@ use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use super::output::print;
 use crate::app::memory::{self, Goal, Limits, Needs, by_name, check_picture, largest_grid};
 use crate::app::report::Details;
-use crate::app::{Error, Session, interrupt, land};
+use crate::app::{Error, Session, interrupt, land, population};
 use crate::bench;
 use crate::core::memory::{Memory, mebibytes, total};
-use crate::gpu::Gpu;
+use crate::gpu::{self, Gpu};
+use crate::plants::planting::{MOST_PLANTS, PLANT_BYTES};
+use crate::raster;
+use crate::scene::Population;
 use crate::terrain::{Plan, schedule::Stage};
 use crate::world::World;
 use clap::Args;
 use serde_json::json;
 use std::fmt::{self, Display, Formatter};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Check a world file and print what it takes to make, without making it
+///
+/// Its plants grow, for what is wrong with a grammar may show only then; its land is not made.
 ///
 /// Exits with 3 if the world is wrong, and with 6 if it needs more memory than --memory-limit or the --device allows.
 #[derive(Args)]
@@ -43,8 +48,16 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         limits = Limits::of(gpu.insert(land::open(&arguments.device, session)?));
     }
     let planted = !world.plants.rules.is_empty();
-    let goal = |_: &Plan| Goal::Picture { film: world.film, planted };
-    let needs = Needs::of(&world.plan, &goal(&world.plan));
+    let plants = Plants::of(&world, session)?;
+    let goal = |_: &Plan| Goal::Picture { film: world.film, planted, models: plants.model_bytes() };
+    let mut needs = Needs::of(&world.plan, &goal(&world.plan));
+    if plants.bytes() > 0 {
+        needs.host.push(Memory { name: "plants", bytes: plants.bytes() });
+    }
+    if let Some(free) = gpu::free_ram().filter(|free| plants.bytes() > *free) {
+        let [bytes, free] = [plants.bytes(), free].map(mebibytes);
+        session.warn(format!("the plants may take {bytes} of memory, and {free} are free"));
+    }
     // Only a limit makes a grid too large.
     let largest = limits.device.and_then(|_| largest_grid(&world.plan, goal, &limits));
     let possible = check_picture(&world.film).and_then(|()| memory::check(&world.plan, goal, &limits));
@@ -64,12 +77,72 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
             }
         }
     }
-    session.report.details = Some(Details::Plan(object(&world, &needs, largest, time.as_ref())));
-    let table = Table { world: &world, needs: &needs, largest, time: time.as_ref() };
+    session.report.details = Some(Details::Plan(object(&world, &plants, &needs, largest, time.as_ref())));
+    let table = Table { world: &world, plants: &plants, needs: &needs, largest, time: time.as_ref() };
     if !arguments.output.quiet && !arguments.output.json {
         print(table.to_string().as_bytes())?;
     }
     interrupt::check(&session.report).and(possible)
+}
+
+/// All that stands on the land.
+struct Plants {
+    population: Population,
+    /// How long the models took to grow.
+    time: Duration,
+    /// About how many plants there are at most, wherever the ground lets them stand.
+    most: u64,
+}
+
+impl Plants {
+    /// Grows the models, and refuses what no land could bear.
+    fn of(world: &World, session: &mut Session) -> Result<Plants, Error> {
+        let most = world.plants.foresee(world.plan.grid.extent)?;
+        let start = Instant::now();
+        let mut models = population::models(world, session)?;
+        let time = start.elapsed();
+        models.extend(world.plants.models.iter().cloned());
+        models.extend(world.plants.standing.iter().flat_map(|standing| standing.models.iter().cloned()));
+        Ok(Plants { population: Population { models, ..Population::default() }, time, most })
+    }
+
+    /// Memory of the models.
+    fn model_bytes(&self) -> u64 {
+        raster::memory::models(&self.population).bytes
+    }
+
+    /// Memory of the host, for the models and as many plants as there may be.
+    fn bytes(&self) -> u64 {
+        self.model_bytes().saturating_add(self.most.min(MOST_PLANTS).saturating_mul(PLANT_BYTES))
+    }
+
+    fn triangles(&self) -> u64 {
+        let levels = self.population.models.iter().filter_map(|model| model.levels.first());
+        levels.map(|level| level.triangles() as u64).sum()
+    }
+
+    fn object(&self) -> serde_json::Value {
+        json!({
+            "models": self.population.models.len(),
+            "triangles": self.triangles(),
+            "growing_seconds": self.time.as_secs_f64(),
+            "most": self.most,
+            "memory_bytes": self.bytes(),
+        })
+    }
+}
+
+impl Display for Plants {
+    fn fmt(&self, out: &mut Formatter) -> fmt::Result {
+        write!(
+            out,
+            "{} at most, of {} models with {} triangles, which grow in {}",
+            self.most,
+            self.population.models.len(),
+            self.triangles(),
+            rounded(self.time)
+        )
+    }
 }
 
 /// How long the land takes to make, about.
@@ -118,7 +191,13 @@ fn rounded(time: Duration) -> String {
 }
 
 /// The plan for programs.
-fn object(world: &World, needs: &Needs, largest: Option<u32>, time: Option<&Time>) -> serde_json::Value {
+fn object(
+    world: &World,
+    plants: &Plants,
+    needs: &Needs,
+    largest: Option<u32>,
+    time: Option<&Time>,
+) -> serde_json::Value {
     let plan = &world.plan;
     let stages: Vec<_> = plan
         .stages()
@@ -150,6 +229,7 @@ fn object(world: &World, needs: &Needs, largest: Option<u32>, time: Option<&Time
             "memory": memory(&needs.picture),
             "memory_bytes": total(&needs.picture),
         },
+        "plants": plants.object(),
         "host": { "memory": memory(&needs.host), "memory_bytes": total(&needs.host) },
         "largest_cells": largest,
     })
@@ -158,6 +238,7 @@ fn object(world: &World, needs: &Needs, largest: Option<u32>, time: Option<&Time
 /// The plan for people.
 struct Table<'a> {
     world: &'a World,
+    plants: &'a Plants,
     needs: &'a Needs,
     /// Most cells that the limits would allow, where there are limits.
     largest: Option<u32>,
@@ -166,7 +247,7 @@ struct Table<'a> {
 
 impl Display for Table<'_> {
     fn fmt(&self, out: &mut Formatter) -> fmt::Result {
-        let Table { world, needs, largest, time } = self;
+        let Table { world, plants, needs, largest, time } = self;
         let plan = &world.plan;
         let grid = plan.grid;
         writeln!(out, "{}, seed {}", world.name, world.seed)?;
@@ -194,6 +275,9 @@ impl Display for Table<'_> {
         }
         if let Some(time) = time {
             writeln!(out, "time     {time}")?;
+        }
+        if !plants.population.models.is_empty() {
+            writeln!(out, "plants   {plants}")?;
         }
         writeln!(out, "memory   on the device, {}", Parts(&needs.land))?;
         writeln!(out, "picture  {} × {} pixels", world.film.width, world.film.height)?;

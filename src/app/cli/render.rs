@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
     let planted = !world.plants.rules.is_empty();
-    memory::check(&world.plan, |_| Goal::Picture { film, planted }, &Limits::of(&gpu))?;
+    memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0 }, &Limits::of(&gpu))?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let camera = land::camera(&gpu, &world, &simulation)?;
     let population = population::populate(&gpu, &world, &simulation, &camera, &film, session)?;

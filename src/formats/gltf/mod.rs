@@ -20,6 +20,9 @@ use document::{Index, InstanceAttributes, Instancing, Levels, Node, NodeExtensio
 use std::path::Path;
 use write::{Builder, file_bytes, mesh_bytes, raw};
 
+/// What the generator of our files begins with.
+const PROGRAM: &str = "terrane ";
+
 /// Writes a mesh of land as the one node, called `name`, of a scene. Its surface has this `color`, is rough and no metal.
 ///
 /// # Errors

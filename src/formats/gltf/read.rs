@@ -1,10 +1,10 @@
 //! Reading models and where they stand from .glb and .gltf files of any make.
 
 use super::accessor::{Numbers, buffers, numbers};
-use super::corrupt;
 use super::document::{Document, Index, InstanceAttributes, Node, NodeExtras};
 use super::shape::Shapes;
 use super::transform::Transform;
+use super::{PROGRAM, corrupt};
 use crate::core::hash::mix;
 use crate::formats::Error;
 use crate::formats::model::{Budget, Import, unsuitable};
@@ -53,7 +53,9 @@ pub fn read(path: &Path) -> Result<Import, Error> {
     if models.is_empty() {
         return Err(unsuitable(path, "its scene has no triangles"));
     }
-    Ok(Import { population: Population { models, instances: instances.into() }, warnings })
+    let own = document.asset.generator.as_deref().is_some_and(|name| name.starts_with(PROGRAM));
+    let is_own_scene = own && instances.len() > 1;
+    Ok(Import { population: Population { models, instances: instances.into() }, warnings, is_own_scene })
 }
 
 /// What a node or material says in its own words, if those are ours.

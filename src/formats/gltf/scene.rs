@@ -246,8 +246,11 @@ fn add_sun(builder: &mut Builder, sun: &Sun) -> Index {
 /// The camera, which looks along −Z of its node.
 fn add_camera(builder: &mut Builder, camera: &Pinhole) -> Index {
     let Pinhole { eye, right, up, forward, tangent } = *camera;
-    let perspective =
-        Perspective { aspect_ratio: tangent[0] / tangent[1], yfov: 2.0 * tangent[1].atan(), znear: NEAR };
+    let perspective = Perspective {
+        aspect_ratio: tangent[0] / tangent[1],
+        yfov: 2.0 * libm::atanf(tangent[1]),
+        znear: NEAR,
+    };
     let index = push(&mut builder.document.cameras, Camera { kind: "perspective", perspective });
     let rotation = Quat::from_mat3(&Mat3::from_cols(right, up, -forward)).normalize();
     builder.node(Node {

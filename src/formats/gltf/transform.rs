@@ -68,7 +68,7 @@ impl Transform {
     /// Without stretching if there is none to speak of.
     fn simplified(self) -> Self {
         let Transform::Affine(affine) = self else { return self };
-        let scale = affine.matrix3.determinant().cbrt();
+        let scale = libm::cbrtf(affine.matrix3.determinant());
         let turn = affine.matrix3 * scale.recip();
         let error = turn * turn.transpose() - Mat3A::IDENTITY;
         let largest = error.to_cols_array().into_iter().map(f32::abs).fold(0.0, f32::max);

@@ -1,6 +1,7 @@
 //! Building a glTF file piece by piece: objects go into the document at once, numbers are named and flow into the file
 //! when it is written.
 
+use super::PROGRAM;
 use super::document::*;
 use crate::core::mesh;
 use crate::formats::Error;
@@ -240,7 +241,7 @@ impl<'a> Builder<'a> {
     pub fn write(mut self, path: &Path, roots: Vec<Index>) -> Result<Written, Error> {
         self.document.asset = Asset {
             version: "2.0".into(),
-            generator: Some(concat!("terrane ", env!("CARGO_PKG_VERSION")).into()),
+            generator: Some(format!("{PROGRAM}{}", env!("CARGO_PKG_VERSION"))),
         };
         self.document.scene = Some(0);
         self.document.scenes = vec![Scene { nodes: roots }];

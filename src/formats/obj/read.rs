@@ -35,13 +35,41 @@ pub fn read(path: &Path) -> Result<Import, Error> {
         warnings: Vec::new(),
         pixels: MOST_PIXELS,
     };
-    for (number, line) in bytes.split(|byte| *byte == b'\n').enumerate() {
-        reader.line(&String::from_utf8_lossy(line)).map_err(|problem| match problem {
+    let mut rest = &bytes[..];
+    let mut number = 0;
+    while !rest.is_empty() {
+        let (length, lines) = statement(rest);
+        let (line, after) = rest.split_at(length);
+        let line = String::from_utf8_lossy(line);
+        let joined = if line.contains('\\') { join(&line).into() } else { line };
+        reader.line(&joined).map_err(|problem| match problem {
             Problem::Line(reason) => corrupt(path, number, reason),
             Problem::File(error) => error,
         })?;
+        rest = after;
+        number += lines;
     }
     reader.finish()
+}
+
+/// How many bytes the first statement of a text has, and lines: a `\` at the end of one joins the next to it. Comments end
+/// with their line; a path may stand in one.
+fn statement(text: &[u8]) -> (usize, usize) {
+    let (mut length, mut lines) = (0, 0);
+    for line in text.split_inclusive(|byte| *byte == b'\n') {
+        length += line.len();
+        lines += 1;
+        if !line.trim_ascii_end().ends_with(b"\\") || line.contains(&b'#') {
+            break;
+        }
+    }
+    (length, lines)
+}
+
+/// The lines of a statement as one.
+fn join(lines: &str) -> String {
+    let parts = lines.lines().map(|line| line.trim_end().trim_end_matches('\\'));
+    parts.collect::<Vec<_>>().join(" ")
 }
 
 /// What a line has done wrong.

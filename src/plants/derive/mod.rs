@@ -7,23 +7,26 @@ mod context;
 mod stepper;
 mod word;
 
-pub use stepper::{Change, Derivation, Unfinished};
+pub use stepper::{Change, Derivation};
 pub use word::{Module, Word};
 
 use super::grammar::{Grammar, Undefined};
+use super::watch::{Stopped, Watch};
+use crate::core::text::brief;
 use std::ops::Range;
 
 /// How often a word is rewritten.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Steps {
     Fixed(u32),
     /// Until nothing changes.
+    #[default]
     UntilDone,
 }
 
 /// What a derivation may take.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
+#[derive(Clone, Copy, Debug)]
+pub struct Limits<'a> {
     /// Modules of a word.
     pub modules: u64,
     /// Memory of all words at a time, bytes.
@@ -33,11 +36,14 @@ pub struct Limits {
     /// Modules read and written, rules tried and operations of expressions, in all steps together: a few nanoseconds
     /// each.
     pub work: u64,
+    /// Who looks in, and may end it.
+    pub watch: Watch<'a>,
 }
 
-impl Default for Limits {
+impl Default for Limits<'_> {
     fn default() -> Self {
-        Limits { modules: 10_000_000, bytes: 192 << 20, steps: 100_000, work: 1_000_000_000 }
+        let watch = Watch::NONE;
+        Limits { modules: 10_000_000, bytes: 192 << 20, steps: 100_000, work: 1_000_000_000, watch }
     }
 }
 
@@ -70,10 +76,12 @@ pub enum Problem {
     Empty,
     #[error(transparent)]
     Undefined(Undefined),
-    #[error("the weight is {0}, and a weight can't be negative")]
+    #[error("the weight is {}, and a weight can't be negative", brief(*.0))]
     NegativeWeight(f64),
     #[error("no rule that could apply has a weight above 0")]
     NoWeight,
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
 }
 
 /// Rewrites the axiom. The same seed gives the same word on every machine.
@@ -81,7 +89,19 @@ pub enum Problem {
 /// # Errors
 /// When a limit would be passed, before it is; when a number is none; when nothing is left of the word.
 pub fn derive(grammar: &Grammar, steps: Steps, seed: u32, limits: &Limits) -> Result<Word, Error> {
+    derive_seen(grammar, steps, seed, limits, |_| ())
+}
+
+/// As [`derive()`], and shows `see` the axiom and the word after each step that may have changed it.
+pub fn derive_seen(
+    grammar: &Grammar,
+    steps: Steps,
+    seed: u32,
+    limits: &Limits,
+    mut see: impl FnMut(&Word),
+) -> Result<Word, Error> {
     let mut derivation = Derivation::new(grammar, seed, limits)?;
+    see(derivation.word());
     let most = match steps {
         Steps::Fixed(steps) => steps,
         Steps::UntilDone => limits.steps,
@@ -90,6 +110,7 @@ pub fn derive(grammar: &Grammar, steps: Steps, seed: u32, limits: &Limits) -> Re
         if derivation.step()? == Change::Done {
             return Ok(derivation.into_word());
         }
+        see(derivation.word());
     }
     match steps {
         Steps::Fixed(_) => Ok(derivation.into_word()),

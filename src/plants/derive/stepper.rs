@@ -4,6 +4,7 @@ use super::context::{self, Neighbours};
 use super::word::{self, Word};
 use super::{Error, Limits, Problem};
 use crate::plants::grammar::{CLOSE, CUT, Chance, Grammar, LetterId, OPEN, Rule, Undefined};
+use crate::plants::watch::{Pace, Stopped};
 use bytemuck::cast_slice;
 use std::ops::Range;
 
@@ -12,7 +13,8 @@ use std::ops::Range;
 pub struct Derivation<'a> {
     grammar: &'a Grammar,
     seed: u32,
-    limits: Limits,
+    limits: Limits<'a>,
+    pace: Pace<'a>,
     word: Word,
     step: u32,
     work: u64,
@@ -36,15 +38,6 @@ pub enum Change {
     Changed,
     /// Nothing, and no later step will.
     Done,
-}
-
-/// What a rule would still rewrite in the last word.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unfinished {
-    pub symbol: char,
-    pub count: u64,
-    /// Bytes of the grammar's text: the rule.
-    pub span: Range<usize>,
 }
 
 /// What becomes of all modules of a letter.
@@ -76,7 +69,7 @@ impl<'a> Derivation<'a> {
     ///
     /// # Errors
     /// As [`super::derive`].
-    pub fn new(grammar: &'a Grammar, seed: u32, limits: &Limits) -> Result<Derivation<'a>, Error> {
+    pub fn new(grammar: &'a Grammar, seed: u32, limits: &Limits<'a>) -> Result<Derivation<'a>, Error> {
         let fates = grammar.rules_of.iter().enumerate().map(|(letter, rules)| match rules.first() {
             _ if letter == usize::from(CUT) => Fate::Cuts,
             None => Fate::Stays,
@@ -89,6 +82,7 @@ impl<'a> Derivation<'a> {
             grammar,
             seed,
             limits: *limits,
+            pace: limits.watch.pace(),
             word: Word { alphabet: grammar.alphabet.clone(), ..Word::default() },
             step: 0,
             work: axiom.cost,
@@ -144,23 +138,6 @@ impl<'a> Derivation<'a> {
         Ok(if changed || plan.random { Change::Changed } else { Change::Done })
     }
 
-    /// The first rule of the text that would change the word in one more step.
-    ///
-    /// # Errors
-    /// As [`super::derive`].
-    pub fn unfinished(&mut self) -> Result<Option<Unfinished>, Error> {
-        self.step = self.step.saturating_add(1);
-        let plan = self.plan();
-        self.step -= 1;
-        plan?;
-        let mut rules = self.grammar.rules.iter().zip(&self.applied);
-        let unfinished = rules.find(|(rule, applied)| **applied > 0 && !rule.keeps());
-        Ok(unfinished.map(|(rule, &count)| {
-            let symbol = self.grammar.alphabet[usize::from(rule.letter)].symbol;
-            Unfinished { symbol, count, span: rule.span.clone() }
-        }))
-    }
-
     pub(super) fn endless(&self) -> Error {
         self.error(Problem::Endless { steps: self.step }, self.busiest())
     }
@@ -169,7 +146,9 @@ impl<'a> Derivation<'a> {
     fn plan(&mut self) -> Result<Plan, Error> {
         let modules = self.word.letters.len();
         // What the last step did is to blame for this one's length.
-        self.spend(modules as u64 + self.applied.len() as u64 + 16, self.busiest())?;
+        let least = modules as u64 + self.applied.len() as u64 + 16;
+        self.spend(least, self.busiest())?;
+        self.pace.count(least).map_err(|stopped| self.stopped(stopped))?;
         self.applied.fill(0);
         self.choices.clear();
         if self.has_choices {
@@ -307,7 +286,9 @@ impl<'a> Derivation<'a> {
         plan: &mut Plan,
     ) -> Result<bool, Error> {
         let rule = &self.grammar.rules[index];
-        self.spend(1 + rule.condition.as_ref().map_or(0, |condition| condition.cost), Some(index))?;
+        let cost = 1 + rule.condition.as_ref().map_or(0, |condition| condition.cost);
+        self.spend(cost, Some(index))?;
+        self.pace.count(cost).map_err(|stopped| self.stopped(stopped))?;
         if rule.has_context() && !self.fits(index, at)? {
             return Ok(false);
         }
@@ -325,6 +306,7 @@ impl<'a> Derivation<'a> {
         let mut looks = 0;
         let fits = self.neighbours.fit(&self.word, self.grammar, rule, at, &mut self.scope, &mut looks);
         self.spend(looks, Some(index))?;
+        self.pace.count(looks).map_err(|stopped| self.stopped(stopped))?;
         Ok(fits)
     }
 
@@ -358,6 +340,7 @@ impl<'a> Derivation<'a> {
                 }
                 Some(applied) => {
                     next.letters.extend_from_slice(&applied.successor.letters);
+                    self.pace.count(applied.successor.cost).map_err(|stopped| self.stopped(stopped))?;
                     if applied.has_context() {
                         self.fits(rule, at)?;
                     }
@@ -441,6 +424,10 @@ impl<'a> Derivation<'a> {
             rules.map(|(index, (rule, applied))| (applied.saturating_mul(rule.successor.cost), index));
         let (most, index) = written.max_by_key(|&(written, index)| (written, std::cmp::Reverse(index)))?;
         (most > 0).then_some(index)
+    }
+
+    fn stopped(&self, stopped: Stopped) -> Error {
+        self.error(stopped.into(), None)
     }
 
     fn undefined(&self, (problem, span): (Undefined, Range<usize>), rule: Option<usize>) -> Error {

@@ -4,6 +4,7 @@
 //! Transcendental functions are those of `libm`, so that a derivation has the same bits on every machine.
 
 use super::{Error, text::Cursor};
+use crate::core::text::cut;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -172,10 +173,6 @@ impl Code {
             Form::Number(number) => Some(number),
             _ => None,
         }
-    }
-
-    pub fn is_parameter(&self, index: usize) -> bool {
-        matches!(self.form, Form::Parameter(parameter) if parameter == index)
     }
 
     pub fn is_random(&self) -> bool {
@@ -532,8 +529,9 @@ impl Reader<'_, '_, '_> {
 
     fn number(&mut self) -> Result<f64, Error> {
         let (text, span) = self.cursor.number();
-        let refused =
-            || Error::new(span.clone(), format!("`{text}` is no number"), "digits, as in `0.5` or `1e-3`");
+        let refused = || {
+            Error::new(span.clone(), format!("`{}` is no number", cut(text)), "digits, as in `0.5` or `1e-3`")
+        };
         let value: f64 = text.parse().map_err(|_| refused())?;
         if value.is_finite() { Ok(value) } else { Err(refuse(Undefined::TooLarge, span)) }
     }
@@ -553,11 +551,14 @@ impl Reader<'_, '_, '_> {
         known.sort_unstable();
         let similar = |known: &&&str| strsim::damerau_levenshtein(known, name) <= 1 && name.len() > 1;
         let expected = match (known.iter().find(similar), known.is_empty() || known.len() > 20) {
-            (Some(known), _) => format!("did you mean `{known}`?"),
+            (Some(known), _) => format!("did you mean `{}`?", cut(known)),
             (None, true) => "a parameter of the rule, or a constant from a line above".into(),
-            (None, false) => format!("one of `{}`", known.join("`, `")),
+            (None, false) => {
+                let known: Vec<String> = known.iter().map(|name| cut(name)).collect();
+                format!("one of `{}`", known.join("`, `"))
+            }
         };
-        Err(Error::new(start..self.cursor.last(), format!("`{name}` is not known here"), expected))
+        Err(Error::new(start..self.cursor.last(), format!("`{}` is not known here", cut(name)), expected))
     }
 
     fn call(&mut self, name: &str, start: usize) -> Result<(), Error> {
@@ -575,7 +576,7 @@ impl Reader<'_, '_, '_> {
         };
         if function.is_none() && pair.is_none() && !random {
             let expected = "one of `min`, `max`, `abs`, `sqrt`, `exp`, `ln`, `sin`, `cos`, `tan`, `floor`, `ceil`, `sign`, `rnd`";
-            return Err(Error::new(span, format!("there is no function `{name}`"), expected));
+            return Err(Error::new(span, format!("there is no function `{}`", cut(name)), expected));
         }
         let open = self.cursor.place();
         self.cursor.bump();

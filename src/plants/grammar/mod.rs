@@ -93,9 +93,17 @@ impl Grammar {
     /// # Errors
     /// The first mistake.
     pub fn parse(text: &str, ignore: &str) -> Result<Grammar, Error> {
+        Self::read(text, ignore).map_err(|mut errors| errors.swap_remove(0))
+    }
+
+    /// As [`Grammar::parse`].
+    ///
+    /// # Errors
+    /// The first mistake of every line, one at least, and no more than people read.
+    pub fn read(text: &str, ignore: &str) -> Result<Grammar, Vec<Error>> {
         if text.len() > MOST_BYTES {
             let problem = format!("{} bytes are too many for a grammar", text.len());
-            return Err(Error::new(0..0, problem, format!("at most {MOST_BYTES}")));
+            return Err(vec![Error::new(0..0, problem, format!("at most {MOST_BYTES}"))]);
         }
         read::grammar(text, ignore)
     }
@@ -119,12 +127,6 @@ impl Rule {
     /// Whether chance has a part in what it writes, or in whether it does.
     pub fn is_random(&self) -> bool {
         self.weight.is_some() || self.successor.arguments.iter().any(Code::is_random)
-    }
-
-    /// Whether it writes what it found.
-    pub fn keeps(&self) -> bool {
-        let mut arguments = self.successor.arguments.iter().zip(self.left_parameters..);
-        self.successor.letters == [self.letter] && arguments.all(|(code, own)| code.is_parameter(own))
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::expression::{Code, Constant, Parameter, Randomness, Scope};
 use super::text::{Cursor, lines};
-use super::warnings::Uses;
+use super::warnings::{Braces, Uses};
 use super::{CLOSE, CUT, Context, Error, Grammar, Letter, LetterId, OPEN, Rule, Successor, warnings};
+use crate::core::text::cut;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -13,13 +14,22 @@ const MOST_PARAMETERS: usize = 32;
 const DEEPEST_CONTEXT: usize = 16;
 /// What can't be a symbol, since it is part of how a line is written.
 const RESERVED: &str = "(),:<>=*#";
+/// What can't name a sub-model.
+const NO_NAMES: &str = "[]{}.~@%";
 
-pub fn grammar(text: &str, ignore: &str) -> Result<Grammar, Error> {
+/// Mistakes that are told of one text.
+const MOST_ERRORS: usize = 24;
+
+pub fn grammar(text: &str, ignore: &str) -> Result<Grammar, Vec<Error>> {
     let mut reader = Reader::new(text);
-    for line in lines(text)? {
-        reader.line(line)?;
+    let mut errors = Vec::new();
+    for line in lines(text).map_err(|error| vec![error])? {
+        errors.extend(reader.line(line).err());
+        if errors.len() == MOST_ERRORS {
+            break;
+        }
     }
-    reader.finish(ignore)
+    if errors.is_empty() { reader.finish(ignore).map_err(|error| vec![error]) } else { Err(errors) }
 }
 
 struct Reader<'a> {
@@ -76,16 +86,19 @@ impl<'a> Reader<'a> {
             return Err(Error::new(span, "the axiom is no constant", "`axiom WORD`, without `=`"));
         }
         if self.constants.contains_key(name) {
-            let problem = format!("`{name}` is defined twice");
+            let problem = format!("`{}` is defined twice", cut(name));
             return Err(Error::new(span, problem, "another name"));
         }
         cursor.bump();
-        let code = self.expression(&mut cursor, &[], Randomness::Refused)?;
-        end(&cursor, "an operator or the end of the line")?;
-        // Without parameters and chance, every expression is folded.
-        let value = code.constant().unwrap_or_default();
+        let code = self.expression(&mut cursor, &[], Randomness::Refused);
+        let code = code.and_then(|code| {
+            end(&cursor, "an operator or the end of the line")?;
+            Ok(code)
+        });
+        // Without parameters and chance, every expression is folded. The name of one that is wrong is known all the same.
+        let value = code.as_ref().ok().and_then(Code::constant).unwrap_or(1.0);
         self.constants.insert(name.into(), Constant { value, span, used: false });
-        Ok(())
+        code.map(|_| ())
     }
 
     /// `axiom WORD`
@@ -96,7 +109,10 @@ impl<'a> Reader<'a> {
         if cursor.peek().is_none() {
             return Err(Error::new(span, "the axiom is empty", "a word behind it"));
         }
-        self.axiom = Some(self.word(&mut cursor, &[])?);
+        let word = self.word(&mut cursor, &[])?;
+        // Behind the words of rules there may be more.
+        self.uses.nameless.extend(self.uses.last.take());
+        self.axiom = Some(word);
         Ok(())
     }
 
@@ -130,7 +146,7 @@ impl<'a> Reader<'a> {
             let problem = "brackets and `%` can't be rewritten";
             return Err(Error::new(parts.module.start..cursor.last(), problem, "another symbol"));
         }
-        let head = self.text[parts.module.start..cursor.last()].to_owned();
+        let head = cut(&self.text[parts.module.start..cursor.last()]);
         end(&cursor, "one module only, then `<`, `>`, `:` or `->`")?;
 
         let mut right = Vec::new();
@@ -187,7 +203,7 @@ impl<'a> Reader<'a> {
                 let name = cursor.name();
                 let span = name_start..cursor.last();
                 if parameters.iter().any(|parameter| parameter.name == name) {
-                    let problem = format!("two parameters are called `{name}`");
+                    let problem = format!("two parameters are called `{}`", cut(name));
                     return Err(Error::new(span, problem, "another name; compare them in the condition"));
                 }
                 if parameters.len() == MOST_PARAMETERS {
@@ -255,7 +271,9 @@ impl<'a> Reader<'a> {
             return Ok(word);
         }
         let mut open = Vec::new();
-        let mut names_model = false;
+        // The `~` before, if it is one.
+        let mut placing = None;
+        let mut braces = Braces::default();
         while cursor.peek().is_some() {
             let start = cursor.place();
             let symbol = symbol(cursor)?;
@@ -292,11 +310,16 @@ impl<'a> Reader<'a> {
             let span = start..cursor.last();
             let arity = (word.arguments.len() - first) as u32;
             let letter = self.alphabet.id(Letter { symbol, arity }, span.clone())?;
+            let names_model = placing.is_some();
+            self.uses.nameless.extend(placing.take().filter(|_| NO_NAMES.contains(symbol)));
+            placing = (!names_model && matches!(symbol, '~' | '@')).then(|| (letter, span.clone()));
+            braces.add(symbol, span.clone());
             self.uses.add(letter, span, names_model);
-            names_model = matches!(symbol, '~' | '@');
             word.letters.push(letter);
             word.cost += 1;
         }
+        self.uses.braces.push(braces);
+        self.uses.last = placing;
         match open.pop() {
             Some(start) => Err(no_closing(start)),
             None => Ok(word),

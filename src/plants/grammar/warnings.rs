@@ -1,7 +1,8 @@
 //! What a grammar may hold and hardly means.
 
 use super::expression::{Constant, Parameter};
-use super::{Context, Grammar, Letter, LetterId};
+use super::{CUT, Context, Grammar, Letter, LetterId};
+use crate::core::text::cut;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -30,6 +31,10 @@ pub enum WarningKind {
     UnusedConstant,
     /// A parameter with the name of a constant.
     HiddenConstant,
+    /// A `{` that no word can close, or a `}` that closes none: the drawing fails as soon as it is written.
+    OpenBrace,
+    /// A `~` or `@` with nothing behind it that could name a sub-model.
+    NoModel,
 }
 
 /// Where letters stand first in words.
@@ -38,6 +43,31 @@ pub struct Uses {
     modules: HashMap<LetterId, Range<usize>>,
     /// Behind `~` or `@`.
     models: HashMap<LetterId, Range<usize>>,
+    /// Those that have nothing behind them, whatever becomes of the word.
+    pub nameless: Vec<(LetterId, Range<usize>)>,
+    /// One that ends the word that was read last.
+    pub last: Option<(LetterId, Range<usize>)>,
+    /// Of the axiom and the words of rules, in the order of the text.
+    pub braces: Vec<Braces>,
+}
+
+/// The braces of a word.
+#[derive(Default)]
+pub struct Braces {
+    /// Places of those that the word does not close.
+    open: Vec<Range<usize>>,
+    /// Places of those that it has not opened.
+    closing: Vec<Range<usize>>,
+}
+
+impl Braces {
+    pub fn add(&mut self, symbol: char, span: Range<usize>) {
+        match symbol {
+            '{' => self.open.push(span),
+            '}' if self.open.pop().is_none() => self.closing.push(span),
+            _ => {}
+        }
+    }
 }
 
 impl Uses {
@@ -104,7 +134,13 @@ pub fn all(
         }
     }
 
+    for (span, problem, expected) in braces(grammar, uses) {
+        warn(WarningKind::OpenBrace, span, problem.into(), expected);
+    }
     let rewritten = |id: &LetterId| rules_of(*id).next().is_some();
+    for span in uses.nameless.iter().filter(|(id, _)| !rewritten(id)).map(|(_, span)| span) {
+        warn(WarningKind::NoModel, span, "nothing behind this names a sub-model".into(), "as in `~L(1)`");
+    }
     for (id, span) in uses.models.iter().filter(|(id, _)| rewritten(id)) {
         let problem = format!("the sub-model `{}` has a rule, which rewrites its name", letter(*id).symbol);
         warn(WarningKind::RewrittenModel, span, problem, "another name for one of them");
@@ -120,11 +156,11 @@ pub fn all(
         }
     }
     for (name, constant) in constants.iter().filter(|(_, constant)| !constant.used) {
-        let problem = format!("`{name}` is not used");
+        let problem = format!("`{}` is not used", cut(name));
         warn(WarningKind::UnusedConstant, &constant.span, problem, "a use, or no constant");
     }
     for Parameter { name, span } in hidden {
-        let problem = format!("the parameter `{name}` hides a constant");
+        let problem = format!("the parameter `{}` hides a constant", cut(name));
         warn(WarningKind::HiddenConstant, span, problem, "another name");
     }
     warnings.sort_by_key(|warning| (warning.span.start, warning.span.end));
@@ -153,6 +189,27 @@ fn reachable(grammar: &Grammar) -> Vec<bool> {
         }
     }
     reachable
+}
+
+/// Braces that can't find their partners. What a word leaves open another one may close; but where none closes more than it
+/// opens, what is open stays so, and the other way round. Rules for braces, and `%`, may take some away.
+fn braces<'a>(grammar: &Grammar, uses: &'a Uses) -> Vec<(&'a Range<usize>, &'static str, &'static str)> {
+    let is_brace = |&id: &usize| matches!(grammar.alphabet[id].symbol, '{' | '}');
+    let rewritten = (0..grammar.alphabet.len()).filter(is_brace).any(|id| !grammar.rules_of[id].is_empty());
+    if rewritten || uses.modules.contains_key(&CUT) {
+        return Vec::new();
+    }
+    let (mut least, mut most) = (0, 0);
+    for Braces { open, closing } in &uses.braces {
+        let balance = open.len() as i64 - closing.len() as i64;
+        (least, most) = (least.min(balance), most.max(balance));
+    }
+    let first =
+        |list: fn(&Braces) -> &Vec<Range<usize>>| uses.braces.iter().find_map(move |word| list(word).first());
+    let never_closed = first(|word| &word.open).filter(|_| least == 0 && most > 0);
+    let never_opened = first(|word| &word.closing).filter(|_| most == 0 && least < 0);
+    let open = never_closed.map(|span| (span, "this `{` is never closed", "`}` behind it"));
+    open.into_iter().chain(never_opened.map(|span| (span, "this `}` has no `{`", "`{` before it"))).collect()
 }
 
 fn skips(grammar: &Grammar, left: &[LetterId], right: &[Context]) -> bool {

@@ -1,7 +1,8 @@
 //! Flat organs: leaves, petals, needles, and what they look like from afar.
 
 use super::Error;
-use super::polygon::{MAX_VERTICES, triangulate, vector_area};
+use super::polygon::{MAX_VERTICES, triangulate};
+use crate::plants::turtle::vector_area;
 use glam::{DVec2, DVec3};
 
 /// A triangulated polygon, in coordinates of its own.

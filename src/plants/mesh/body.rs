@@ -51,6 +51,11 @@ impl Body {
         }
     }
 
+    /// Nodes of its branches and leaves.
+    pub fn size(&self) -> u64 {
+        self.stems.iter().map(|stem| stem.nodes.len() as u64).sum::<u64>() + self.leaves.len() as u64
+    }
+
     /// Bytes of memory that `times` of it take, with the triangles of their finest level at most.
     pub fn bytes(&self, times: usize) -> u64 {
         const VERTEX: usize = 32;

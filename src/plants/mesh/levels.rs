@@ -9,17 +9,20 @@
 use super::{Blade, Body, Cylinder, Leaf, Shape};
 use crate::{
     core::{hash::mix, mesh::Mesh},
+    plants::watch::{Pace, Stopped, Watch},
     scene::{Level, Part},
 };
 use glam::{DVec3, UVec3};
 
 /// How many times fewer triangles each level has.
 const REDUCTION: f64 = 5.0;
-/// Levels that there are in any case, unless they would have less than [`FEWEST`] triangles …
+/// Levels that there are in any case …
 const LEAST_LEVELS: usize = 3;
-const FEWEST: f64 = 4.0;
 /// … and how many triangles further levels have at least: a crown of fewer covers a quarter more than it should.
 const FEW: f64 = 48.0;
+/// A level may have so many times the triangles that it is to spend; how often it is gathered to keep to that.
+const EXCESS: f64 = 2.0;
+const ATTEMPTS: usize = 8;
 /// How far the finest level is from round: this share of a plant's size, and this many metres at most.
 const ROUNDNESS: f64 = 1e-3;
 const COARSEST_ROUNDNESS: f64 = 0.004;
@@ -29,91 +32,97 @@ const TOLERANCE: f64 = 1.0 / 3.0;
 /// tuft.
 const STOUT: f64 = 0.5;
 
+/// Operations that a node of a branch, and a leaf, take about in a level.
+const NODE: u64 = 100;
+const LEAF: u64 = 50;
+
 /// The levels of detail of a plant, the finest first. Parts name materials as the body does.
-pub fn levels(body: &Body) -> Vec<Level> {
-    let Some([least, most]) = body.bounds() else { return vec![Level::default()] };
+///
+/// # Errors
+/// When it is stopped.
+pub fn levels(body: &Body, watch: Watch) -> Result<Vec<Level>, Stopped> {
+    let Some([least, most]) = body.bounds() else { return Ok(vec![Level::default()]) };
+    let mut pace = watch.pace();
     let roundness = (ROUNDNESS * (most - least).max_element()).min(COARSEST_ROUNDNESS);
-    let whole = whole(body, roundness);
+    let whole = whole(body, roundness, &mut pace)?;
     let finest = whole.triangles() as f64;
 
-    let elements = elements(body, roundness, least, most);
+    let elements = elements(body, roundness, least, most, &mut pace)?;
     let area: f64 = elements.iter().map(|element| element.area).sum();
     let mut levels = vec![whole];
     let mut budget = finest / REDUCTION;
-    while budget >= FEW || (budget >= FEWEST && levels.len() < LEAST_LEVELS) {
+    while budget >= FEW || levels.len() < LEAST_LEVELS {
         // Half the side of a square as large as what a triangle stands for.
         let detail = (area / budget).sqrt() / 2.0;
         let shape = if levels.len() == 1 { Shape::Kite } else { Shape::Triangle };
-        levels.push(coarse(body, &elements, budget, detail, shape));
+        levels.push(coarse(body, &elements, budget, detail, shape, &mut pace)?);
         budget /= REDUCTION;
     }
-    levels
+    Ok(levels)
 }
 
 /// Everything, as it is.
-fn whole(body: &Body, roundness: f64) -> Level {
+fn whole(body: &Body, roundness: f64, pace: &mut Pace) -> Result<Level, Stopped> {
     let mut meshes = Meshes::default();
     for stem in &body.stems {
+        pace.count(NODE * stem.nodes.len() as u64)?;
         if let Some(cylinder) = Cylinder::whole(&stem.nodes, roundness) {
             cylinder.draw(1.0, meshes.of(stem.material));
         }
     }
     for leaf in &body.leaves {
+        pace.count(LEAF)?;
         meshes.leaf(leaf, &body.blades[leaf.blade], Shape::Whole, 1.0, DVec3::ZERO);
     }
-    meshes.level(0.0)
+    Ok(meshes.level(0.0))
 }
 
-fn coarse(body: &Body, elements: &[Element], budget: f64, detail: f64, shape: Shape) -> Level {
+fn coarse(
+    body: &Body,
+    elements: &[Element],
+    budget: f64,
+    detail: f64,
+    shape: Shape,
+    pace: &mut Pace,
+) -> Result<Level, Stopped> {
     let cylinder = |index: usize| Cylinder::coarse(&body.stems[index].nodes, TOLERANCE * detail);
-    let drawn: Vec<Drawn> = elements
-        .iter()
-        .filter_map(|element| {
-            let (cylinder, triangles) = match element.kind {
-                Kind::Stem(index) => {
-                    let cylinder = cylinder(index)?;
-                    let triangles = cylinder.triangles();
-                    (Some(cylinder), triangles)
-                }
-                Kind::Leaf(index) => (None, body.blades[body.leaves[index].blade].triangles(shape).len()),
-            };
-            Some(Drawn { element, cylinder, triangles: triangles as f64 })
-        })
-        .collect();
-    let share = share(&drawn, budget);
-
-    let mut meshes = Meshes::default();
-    let same = |one: &Drawn, other: &Drawn| one.element.group() == other.element.group();
-    for group in drawn.chunk_by(same) {
-        for run in gather(group, share) {
-            let area: f64 = run.iter().map(|drawn| drawn.element.area).sum();
-            let centre =
-                run.iter().map(|drawn| drawn.element.area * drawn.element.centre).sum::<DVec3>() / area;
-            let chosen = match &run[0].cylinder {
-                // The longest of twigs, for what is far from it is least likely to be missed.
-                Some(_) => run.iter().max_by(|one, other| one.element.area.total_cmp(&other.element.area)),
-                None => run.get(mix(run[0].element.index()) as usize % run.len()),
-            };
-            let Some(Drawn { element, cylinder, .. }) = chosen else { continue };
-            match (element.kind, cylinder) {
-                (Kind::Stem(_), Some(cylinder)) => {
-                    // Towards the middle of those that it stands for, where leaves hide it as they do them, but by half of what it
-                    // grows at most.
-                    let widening = cylinder.widening(area);
-                    let grown = (0.5 * (widening - 1.0) * cylinder.radius()).max(0.0);
-                    let moved = cylinder.moved((centre - element.centre).clamp_length_max(grown));
-                    moved.draw(widening, meshes.of(element.material));
-                }
-                (Kind::Leaf(index), _) => {
-                    let leaf = &body.leaves[index];
-                    let shift = centre - element.centre;
-                    meshes.leaf(leaf, &body.blades[leaf.blade], shape, area / element.area, shift);
-                }
-                _ => {}
+    let mut drawn = Vec::with_capacity(elements.len());
+    for element in elements {
+        pace.count(element.work(body))?;
+        let (cylinder, triangles) = match element.kind {
+            Kind::Stem(index) => {
+                let Some(cylinder) = cylinder(index) else { continue };
+                let triangles = cylinder.triangles();
+                (Some(cylinder), triangles)
             }
+            Kind::Leaf(index) => (None, body.blades[body.leaves[index].blade].triangles(shape).len()),
+        };
+        drawn.push(Drawn { element, cylinder, triangles: triangles as f64 });
+    }
+    let mut meshes = Meshes::default();
+    for run in runs(&drawn, budget) {
+        let area: f64 = run.iter().map(|drawn| drawn.element.area).sum();
+        let centre = run.iter().map(|drawn| drawn.element.area * drawn.element.centre).sum::<DVec3>() / area;
+        let Some(Drawn { element, cylinder, .. }) = chosen(&run) else { continue };
+        pace.count(element.work(body))?;
+        match (element.kind, cylinder) {
+            (Kind::Stem(_), Some(cylinder)) => {
+                // Towards the middle of those that it stands for, where leaves hide it as they do them, but by half of what
+                // it grows at most.
+                let widening = cylinder.widening(area);
+                let grown = (0.5 * (widening - 1.0) * cylinder.radius()).max(0.0);
+                let moved = cylinder.moved((centre - element.centre).clamp_length_max(grown));
+                moved.draw(widening, meshes.of(element.material));
+            }
+            (Kind::Leaf(index), _) => {
+                let leaf = &body.leaves[index];
+                let shift = centre - element.centre;
+                meshes.leaf(leaf, &body.blades[leaf.blade], shape, area / element.area, shift);
+            }
+            _ => {}
         }
     }
-    meshes.level(detail as f32)
+    Ok(meshes.level(detail as f32))
 }
 
 /// A branch or a leaf that may be left out.
@@ -147,6 +156,14 @@ impl Element {
         (self.material, matches!(self.kind, Kind::Leaf(_)))
     }
 
+    /// Operations that drawing it takes about.
+    fn work(&self, body: &Body) -> u64 {
+        match self.kind {
+            Kind::Stem(index) => NODE * body.stems[index].nodes.len() as u64,
+            Kind::Leaf(_) => LEAF,
+        }
+    }
+
     fn index(&self) -> u32 {
         let (Kind::Stem(index) | Kind::Leaf(index)) = self.kind;
         index as u32
@@ -154,7 +171,13 @@ impl Element {
 }
 
 /// All that a body consists of, group by group along the curve.
-fn elements(body: &Body, roundness: f64, least: DVec3, most: DVec3) -> Vec<Element> {
+fn elements(
+    body: &Body,
+    roundness: f64,
+    least: DVec3,
+    most: DVec3,
+    pace: &mut Pace,
+) -> Result<Vec<Element>, Stopped> {
     let cells = f64::from(1 << CURVE_BITS) - 1.0;
     let size = (most - least).max_element().max(f64::MIN_POSITIVE);
     let order = |centre: DVec3| hilbert(((centre - least) / size * cells).as_uvec3());
@@ -168,15 +191,45 @@ fn elements(body: &Body, roundness: f64, least: DVec3, most: DVec3) -> Vec<Eleme
         let blade = &body.blades[leaf.blade];
         (Kind::Leaf(index), blade.material, leaf.place.transform_point3(blade.centre), body.area(leaf))
     };
-    let stems = body.stems.iter().enumerate().filter_map(stem);
-    let leaves = body.leaves.iter().enumerate().map(leaf);
-    let mut elements: Vec<Element> = stems
-        .chain(leaves)
-        .filter(|&(.., area)| area > 0.0)
-        .map(|(kind, material, centre, area)| Element { kind, material, centre, area, order: order(centre) })
-        .collect();
+    let work = |stem: &super::Stem| NODE * stem.nodes.len() as u64;
+    let stems = body.stems.iter().enumerate().map(|indexed| (work(indexed.1), stem(indexed)));
+    let leaves = body.leaves.iter().enumerate().map(|indexed| (LEAF, Some(leaf(indexed))));
+    let mut elements = Vec::with_capacity(body.stems.len() + body.leaves.len());
+    for (work, element) in stems.chain(leaves) {
+        pace.count(work)?;
+        if let Some((kind, material, centre, area)) = element.filter(|&(.., area)| area > 0.0) {
+            elements.push(Element { kind, material, centre, area, order: order(centre) });
+        }
+    }
     elements.sort_unstable_by_key(|element| (element.group(), element.order, element.kind));
-    elements
+    Ok(elements)
+}
+
+/// Gathers all groups, so that what is drawn has about `budget` triangles. The longest of twigs, which stand for the others,
+/// have more triangles than most: where that is too many, a triangle stands for more.
+fn runs<'a>(drawn: &'a [Drawn<'a>], budget: f64) -> Vec<Vec<&'a Drawn<'a>>> {
+    let same = |one: &Drawn, other: &Drawn| one.element.group() == other.element.group();
+    let mut share = share(drawn, budget);
+    let mut gathered = Vec::new();
+    for _ in 0..ATTEMPTS {
+        gathered = drawn.chunk_by(same).flat_map(|group| gather(group, share)).collect();
+        let triangles: f64 = gathered.iter().filter_map(|run| chosen(run)).map(|drawn| drawn.triangles).sum();
+        if triangles <= EXCESS * budget {
+            break;
+        }
+        share *= (triangles / budget).sqrt();
+    }
+    gathered
+}
+
+/// Which element stands for all of a run.
+fn chosen<'a>(run: &[&'a Drawn<'a>]) -> Option<&'a Drawn<'a>> {
+    let first = run.first()?;
+    match first.cylinder {
+        // The longest of twigs, for what is far from it is least likely to be missed.
+        Some(_) => run.iter().max_by(|one, other| one.element.area.total_cmp(&other.element.area)).copied(),
+        None => run.get(mix(first.element.index()) as usize % run.len()).copied(),
+    }
 }
 
 /// How much area a triangle stands for, so that all of them are about `budget`: each element that is larger than its

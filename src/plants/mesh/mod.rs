@@ -10,7 +10,9 @@ pub use blade::{Blade, Shape};
 pub use body::{Body, Leaf, REACH, Stem};
 pub use cylinder::Cylinder;
 pub use levels::levels;
-pub use polygon::{MAX_VERTICES, triangulate, vector_area};
+pub use polygon::{MAX_VERTICES, triangulate};
+
+use crate::core::text::brief;
 
 /// Why a drawing does not become triangles.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -22,7 +24,8 @@ pub enum Error {
     )]
     TooLarge { bytes: u64, limit: u64 },
     #[error(
-        "it reaches {reach} m from its foot, and {REACH} m at most are drawn: mind the units, lengths are metres"
+        "it reaches {} m from its foot, and {REACH} m at most are drawn: mind the units, lengths are metres",
+        brief(*reach)
     )]
     Reach { reach: f64 },
     #[error(

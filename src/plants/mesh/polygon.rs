@@ -1,17 +1,11 @@
 //! Polygons in space as triangles.
 
+use crate::plants::turtle::vector_area;
 use glam::{DVec2, DVec3};
 use std::{cmp::Reverse, collections::BinaryHeap};
 
 /// Most vertices of a polygon: time grows with their square.
 pub const MAX_VERTICES: usize = 1000;
-
-/// Half the sum of the cross products along the outline (Newell's method): as long as the area that the polygon
-/// encloses in the plane across it, and standing on the side from which the outline runs counter-clockwise.
-pub fn vector_area(vertices: &[DVec3]) -> DVec3 {
-    let Some(&first) = vertices.first() else { return DVec3::ZERO };
-    vertices.windows(2).map(|pair| (pair[0] - first).cross(pair[1] - first)).sum::<DVec3>() / 2.0
-}
 
 /// Cuts a polygon into `n − 2` triangles that run around like its outline does.
 ///

@@ -40,24 +40,37 @@ impl Cover {
         fewer * fade.clamp(0.0, 1.0)
     }
 
+    fn tree(&self, rule: &Rule) -> Tree {
+        Tree { seed: rule.seed, cell: 1.0 / self.density.sqrt() }
+    }
+
+    /// The first and the last of the squares of the first level within reach of a place, by column and row.
+    ///
+    /// # Errors
+    /// If they are too many.
+    pub fn squares(&self, rule: &Rule, eye: Vec2) -> Result<[Vec2; 2], Error> {
+        let side = self.tree(rule).side(LEVELS);
+        let [first, last] = [eye - self.reach, eye + self.reach].map(|at| (at / side).floor());
+        let across = (last - first).as_dvec2() + 1.0;
+        let (cells, most) = ((across.x * across.y) as u64, MOST_SQUARES);
+        if cells > most {
+            return Err(Error::TooFine { rule: rule.name.clone(), cells, most });
+        }
+        Ok([first, last])
+    }
+
     /// How many plants are seen in all directions where the site is at its best, at most.
     pub fn predict(&self) -> f64 {
         let Cover { density, near, reach } = *self;
         let [density, near, reach] = [density, near.min(reach), reach].map(f64::from);
-        density * std::f64::consts::PI * near.powi(2) * (1.0 + 2.0 * (reach / near).ln())
+        density * std::f64::consts::PI * near.powi(2) * (1.0 + 2.0 * libm::log(reach / near))
     }
 }
 
 pub fn plant(rule: &Rule, cover: &Cover, planter: &Planter) -> Result<Vec<Plant>, Error> {
-    let tree = Tree { seed: rule.seed, cell: 1.0 / cover.density.sqrt() };
+    let tree = cover.tree(rule);
     let eye = Vec2::new(planter.camera.eye.x, planter.camera.eye.z);
-    let side = tree.side(LEVELS);
-    let [first, last] = [eye - cover.reach, eye + cover.reach].map(|at| (at / side).floor());
-    let across = (last - first).as_dvec2() + 1.0;
-    let cells = (across.x * across.y) as u64;
-    if cells > MOST_SQUARES {
-        return Err(Error::TooFine { rule: rule.name.clone(), cells, most: MOST_SQUARES });
-    }
+    let [first, last] = cover.squares(rule, eye)?;
     let columns = first.x as i32..last.x as i32 + 1;
     let squares: Vec<[i32; 2]> = (first.y as i32..last.y as i32 + 1)
         .flat_map(|row| columns.clone().map(move |column| [column, row]))

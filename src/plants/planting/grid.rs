@@ -3,6 +3,8 @@
 use super::random::Random;
 use super::{Plant, Planter, Rule};
 use glam::Vec2;
+use rayon::prelude::*;
+use std::ops::Range;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
@@ -19,9 +21,25 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// How many plants there are, about.
-    pub fn predict(&self) -> f64 {
-        self.cells.into_iter().map(f64::from).product::<f64>() * f64::from(self.probability)
+    /// How many plants there are on a terrain of this side, metres, at most about.
+    pub fn predict(&self, extent: f32) -> f64 {
+        let across = f64::from(extent) / f64::from(self.cell_size) + 1.0;
+        self.cells.into_iter().map(|cells| across.min(cells.into())).product::<f64>()
+            * f64::from(self.probability)
+    }
+
+    /// Of so many cells along an axis those that reach into `±half`. The middle of all of them lies at `middle`, metres.
+    fn within(&self, cells: u32, middle: f32, half: f32) -> Range<u32> {
+        // All of them are one place.
+        if self.cell_size == 0.0 {
+            return 0..cells;
+        }
+        let begin = f64::from(cells) / 2.0 - f64::from(middle) / f64::from(self.cell_size);
+        // Places are rounded to floats.
+        let reach = f64::from(half) * (1.0 + 1e-6) / f64::from(self.cell_size);
+        let first = (begin - reach).floor();
+        let end = (begin + reach).floor() + 1.0;
+        (first as u32).min(cells)..(end as u32).min(cells)
     }
 }
 
@@ -29,8 +47,9 @@ pub fn plant(rule: &Rule, grid: &Grid, planter: &Planter) -> Vec<Plant> {
     let [columns, rows] = grid.cells;
     let eye = planter.camera.eye;
     let middle = Vec2::new(eye.x, eye.z) + grid.offset;
-    let cells = (0..rows).flat_map(|row| (0..columns).map(move |column| [column, row]));
-    let plants = cells.filter_map(|cell| {
+    let half = planter.ground.grid.extent / 2.0;
+    let columns = grid.within(columns, middle.x, half);
+    let plant = |cell: [u32; 2]| {
         let mut random = Random::of_cell(rule.seed, PLANTS, cell.map(u32::cast_signed));
         let filled = random.share() < grid.probability;
         let jitter = Vec2::new(random.share() - 0.5, random.share() - 0.5) * grid.jitter;
@@ -41,8 +60,9 @@ pub fn plant(rule: &Rule, grid: &Grid, planter: &Planter) -> Vec<Plant> {
         }
         let scale = random.between(rule.scale);
         planter.grow(rule, at, scale, &mut random)
-    });
-    plants.collect()
+    };
+    let row = |row: u32| columns.clone().filter_map(|column| plant([column, row])).collect::<Vec<_>>();
+    grid.within(rows, middle.y, half).into_par_iter().map(row).collect::<Vec<_>>().concat()
 }
 
 /// Purpose of random numbers.

@@ -44,7 +44,7 @@ impl Kind {
             height = height.max(top);
             let parts = model.levels.first().into_iter().flat_map(|level| &level.parts);
             for [x, y, z] in parts.flat_map(|part| &part.mesh.positions) {
-                let radius = x.hypot(*z);
+                let radius = libm::hypotf(*x, *z);
                 crown = crown.max(radius);
                 if *y <= FOOT_HEIGHT * top {
                     foot = foot.max(radius);

@@ -71,6 +71,18 @@ impl Plan {
         species.chain(self.models.iter().enumerate().map(solid)).collect()
     }
 
+    /// About how many plants the rules make at most, whatever the ground of this extent (m) is like.
+    ///
+    /// # Errors
+    /// Where a rule would be refused on any ground.
+    pub fn foresee(&self, extent: f32) -> Result<u64, Error> {
+        let standing: usize = self.standing.iter().map(|population| population.instances.len()).sum();
+        self.rules.iter().try_fold(standing as u64, |sum, rule| {
+            let plants = rule.foresee(extent)?.ceil() as u64;
+            Ok(sum.saturating_add(plants))
+        })
+    }
+
     /// What the rules need to know of the land.
     pub fn needs(&self) -> Needs {
         self.rules.iter().map(|rule| rule.site.needs()).fold(Needs::default(), Needs::or)
@@ -139,12 +151,34 @@ impl Rule {
         self.kinds.last().map_or(0, |(kind, _)| *kind)
     }
 
+    /// About how many plants it makes where all ground is at its best.
+    fn foresee(&self, extent: f32) -> Result<f64, Error> {
+        // Where the ground decides, more of them are no mistake.
+        let (plants, is_sure) = match &self.places {
+            Places::Scatter(scatter) => {
+                scatter.check(self, extent / 2.0)?;
+                (f64::from(extent).powi(2) * f64::from(scatter.density), false)
+            }
+            Places::Cover(cover) => {
+                cover.squares(self, Vec2::ZERO)?;
+                (cover.predict(), true)
+            }
+            Places::Grid(grid) => (grid.predict(extent), true),
+            Places::Spots(spots) => (spots.len() as f64, true),
+        };
+        let (count, most) = (plants.ceil() as u64, MOST_PLANTS);
+        if is_sure && count > most {
+            return Err(Error::TooMany { rule: self.name.clone(), count, most });
+        }
+        Ok(plants)
+    }
+
     /// About how many plants it makes on this ground before any is shaded out, or hidden from the camera.
     pub fn predict(&self, ground: &Ground) -> f64 {
         match &self.places {
             Places::Scatter(scatter) => scatter::predict(self, scatter, ground),
             Places::Cover(cover) => cover.predict(),
-            Places::Grid(grid) => grid.predict(),
+            Places::Grid(grid) => grid.predict(ground.grid.extent),
             Places::Spots(spots) => spots.len() as f64,
         }
     }

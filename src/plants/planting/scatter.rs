@@ -37,6 +37,13 @@ impl Scatter {
         (PACKING / f64::from(spacing).powi(2)) as f32
     }
 
+    /// Refuses to look for more places in the square `±half` than there is time for.
+    pub fn check(&self, rule: &Rule, half: f32) -> Result<(), Error> {
+        let (distance, _) = self.places();
+        let (cells, most) = (cells_along(half, distance).pow(2), MOST_CELLS);
+        if cells > most { Err(Error::TooFine { rule: rule.name.clone(), cells, most }) } else { Ok(()) }
+    }
+
     /// Distance between places, metres, and the share of them that is taken where the site is at its best.
     fn places(&self) -> (f64, f32) {
         let density = f64::from(self.density);
@@ -67,10 +74,7 @@ pub fn plant(rule: &Rule, scatter: &Scatter, planter: &Planter) -> Result<Vec<Pl
     let ground = planter.ground;
     let half = ground.grid.extent / 2.0;
     let (distance, share) = scatter.places();
-    let cells = cells_along(half, distance).pow(2);
-    if cells > MOST_CELLS {
-        return Err(Error::TooFine { rule: rule.name.clone(), cells, most: MOST_CELLS });
-    }
+    scatter.check(rule, half)?;
     let reach = (distance / std::f64::consts::SQRT_2) as f32 / 2.0;
     let darts = Darts::throw(rule.seed, half, distance, |at| {
         rule.site.is_possible(ground, ground.height_range(at, reach))

@@ -143,17 +143,27 @@ impl Check<'_> {
             self.refuse(at, Complaint::new("has too many organs inside each other", label));
             return None;
         }
-        let grammar = match Grammar::parse(text, &self.written.ignore) {
+        let grammar = match Grammar::read(text, &self.written.ignore) {
             Ok(grammar) => grammar,
-            Err(error) => {
-                self.refuse(at, complaint(&error));
+            Err(errors) => {
+                errors.iter().for_each(|error| self.refuse(at.clone(), complaint(error)));
                 return None;
             }
         };
         for warning in grammar.warnings() {
-            let remark = Complaint::new(warning.problem.clone(), warning.expected.clone());
-            let remark = remark.about_part(warning.span.clone());
-            if warning.kind == WarningKind::MissingSymbol {
+            let is_wrong = match warning.kind {
+                WarningKind::MissingSymbol => true,
+                // Where braces and `~` draw, they are nothing else.
+                WarningKind::NoModel | WarningKind::OpenBrace => {
+                    let Interpretation { draw, moves, silent, .. } = &outer.turtle;
+                    ![draw, moves, silent].iter().any(|symbols| symbols.contains(['{', '}', '~', '@']))
+                }
+                _ => false,
+            };
+            let verb = if is_wrong { "can't be right" } else { "may be wrong" };
+            let problem = format!("{verb}: {}", warning.problem);
+            let remark = Complaint::new(problem, warning.expected.clone()).about_part(warning.span.clone());
+            if is_wrong {
                 self.refuse(at.clone(), remark);
                 continue;
             }
@@ -253,7 +263,8 @@ struct Outer {
 }
 
 fn complaint(error: &grammar::Error) -> Complaint {
-    Complaint::new(error.problem.clone(), error.expected.clone()).about_part(error.span.clone())
+    let problem = format!("can't be read: {}", error.problem);
+    Complaint::new(problem, error.expected.clone()).about_part(error.span.clone())
 }
 
 /// The symbols behind `~` and `@` with their place in the text, each once.

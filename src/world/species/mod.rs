@@ -8,13 +8,15 @@ mod keys;
 
 pub use keys::{Entry, EntryKind, shape};
 
-use super::fault::{self, Cause, Complaint, Fault, Sources, Text};
+use super::fault::{self, Cause, Complaint, Fault, Origins, Sources, Text};
 use super::kinds::read_section;
 use super::place::{KeyPath, Place, shown};
 use super::{Error, MAX_BYTES};
+use crate::core::hash::derive_seed;
 use crate::formats;
 use crate::plants::derive;
 use crate::plants::species as plant;
+use crate::plants::species::Unfinished;
 use check::{Checked, check};
 use keys::{Named, Species, SpeciesFile};
 use std::cell::RefCell;
@@ -49,14 +51,30 @@ impl Source {
         let complaint = Complaint::new(format!("can't grow: {error}"), "");
         let complaint = match error {
             plant::Error::Derive(error) => {
-                let (label, help) = advice(&error.problem);
+                let (label, mut help) = advice(&error.problem);
+                if self.text.origins.of(&place).is_some() {
+                    help = "lower `N`, or make the words of the productions shorter";
+                }
                 let complaint = Complaint { label: label.into(), ..complaint };
                 complaint.about_part(error.span.clone()).help(help)
             }
             _ => Complaint { label: "drawn by this grammar".into(), ..complaint },
         };
-        let fault = Fault { text: Some(self.text.clone()), ..complaint.at(place.join("grammar")) };
-        Error::Wrong { report: fault::report(&[fault]) }
+        Error::Wrong { report: fault::report(&[self.fault(place.join("grammar"), complaint)]) }
+    }
+
+    /// That growth is cut short, as a sentence.
+    pub fn warn(&self, unfinished: &Unfinished) -> String {
+        let &Unfinished { organ, steps, ends } = unfinished;
+        let place = organ.map_or_else(|| self.place.clone(), |organ| self.place.join("organs").join(organ));
+        let label = format!("it ends by itself after {ends}; give it as many, or \"auto\"");
+        let complaint = Complaint::new(format!("cut the growth short after {steps}"), label);
+        let fault = self.fault(place.join("steps"), complaint);
+        self.text.sentences(&[fault]).concat()
+    }
+
+    fn fault(&self, place: KeyPath, complaint: Complaint) -> Fault {
+        Fault { text: Some(self.text.clone()), ..complaint.at(place) }
     }
 }
 
@@ -71,6 +89,7 @@ fn advice(problem: &derive::Problem) -> (&'static str, &'static str) {
         Endless { .. } => {
             ("this never ends", "give `steps` a number, or the rule a condition that ends its growth")
         }
+        Stopped(_) => ("this was growing", "let it grow"),
         Empty => ("nothing is left", "a word needs symbols, and `%` cuts off all that follows it"),
         Undefined(_) => ("this has no value", "keep such values out with a condition of the rule"),
         NegativeWeight(_) | NoWeight => (
@@ -78,6 +97,13 @@ fn advice(problem: &derive::Problem) -> (&'static str, &'static str) {
             "mind the range of what the weight is made of",
         ),
     }
+}
+
+const WORLDS: &str = "look at it with `terrane check`, or see it with `terrane render`";
+
+/// The seed of a species that is called so in a world with this seed.
+pub fn seed(world: u32, name: &str) -> u32 {
+    derive_seed(world, &format!("plants.{name}"))
 }
 
 /// Reads a species file. The species bears the file's name without folder and ending.
@@ -99,32 +125,52 @@ pub fn parse(name: &str, bytes: &[u8]) -> Result<Loaded, Error> {
     let stem =
         Path::new(name).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let checked = read(document.as_item()).and_then(|written| check(&stem, &written, &KeyPath::default()));
-    let sources = Sources { name, what: "the species", document, settings: &[] };
+    let of_world = ["terrain", "species", "plants"].into_iter().find(|key| document.contains_key(key));
+    let checked = match of_world {
+        Some(key) if !document.contains_key("grammar") => {
+            // Every key would be wrong.
+            let complaint = Complaint::new("makes this a world, and the file of a species is wanted", WORLDS);
+            Err(vec![complaint.about_key().at(key.into())])
+        }
+        _ => checked,
+    };
+    let origins = Origins::default();
+    let sources = Sources { name, what: "the species", document, settings: &[], origins: &origins };
     match checked {
         Ok((species, remarks)) => {
-            let text = Arc::new(Text { name: name.into(), what: "the species", text: text.into() });
-            let source = Source { text, place: KeyPath::default() };
+            let source = Source { text: of_species(name.into(), text), place: KeyPath::default() };
             Ok(Loaded { species, source, warnings: sources.sentences(&remarks) })
         }
         Err(faults) => Err(Error::Wrong { report: sources.report(&faults) }),
     }
 }
 
-/// The species of a world, in the order of the file, and what is remarkable about them. Files start from `folder`.
+fn of_species(name: String, text: &str) -> Arc<Text> {
+    let (settings, origins) = (Arc::new([]), Arc::default());
+    Arc::new(Text { name, what: "the species", text: text.into(), settings, origins })
+}
+
+/// The species of a world, in the order of the file, with the places that they are written in, and what is remarkable
+/// about them. `text` is the world's file; other files start from `folder`.
 ///
 /// # Errors
 /// With every mistake that was found.
-pub fn of_world(entries: &[(String, Entry)], folder: &Path) -> Checked<Vec<Arc<plant::Species>>> {
+pub fn of_world(
+    entries: &[(String, Entry)],
+    text: &Arc<Text>,
+    folder: &Path,
+) -> Checked<Vec<(Arc<plant::Species>, Source)>> {
     let (mut found, mut remarks, mut faults) = (Vec::new(), Vec::new(), Vec::new());
     for (name, entry) in entries {
         let place = KeyPath::from("species").join(name);
         let read = match entry {
-            Entry::Here(written) => check(name, written, &place),
+            Entry::Here(written) => check(name, written, &place)
+                .map(|(species, remarks)| ((species, Source { text: text.clone(), place }), remarks)),
             Entry::File(named) => of_file(name, named, folder, &place),
         };
         match read {
-            Ok((species, more)) => {
-                found.push(Arc::new(species));
+            Ok(((species, source), more)) => {
+                found.push((Arc::new(species), source));
                 remarks.extend(more);
             }
             Err(more) => faults.extend(more),
@@ -133,7 +179,7 @@ pub fn of_world(entries: &[(String, Entry)], folder: &Path) -> Checked<Vec<Arc<p
     if faults.is_empty() { Ok((found, remarks)) } else { Err(faults) }
 }
 
-fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked<plant::Species> {
+fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked<(plant::Species, Source)> {
     // A fault that was noted.
     let Some(file) = &named.file else { return Err(Vec::new()) };
     let path = folder.join(file);
@@ -148,7 +194,7 @@ fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked
         .and_then(|text| Ok((text, super::document(&shown_path, text)?)))
         .map_err(|error| refuse(error.to_string(), Cause::World));
     let (text, document) = whole?;
-    let text = Arc::new(Text { name: shown_path, what: "the species", text: text.to_string() });
+    let text = of_species(shown_path, text);
     let here = |faults: Vec<Fault>| -> Vec<Fault> {
         faults.into_iter().map(|fault| Fault { text: Some(text.clone()), ..fault }).collect()
     };
@@ -159,7 +205,8 @@ fn of_file(name: &str, named: &Named, folder: &Path, place: &KeyPath) -> Checked
         ..written
     };
     let (species, remarks) = check(name, &own, &KeyPath::default()).map_err(here)?;
-    Ok((species, here(remarks)))
+    let remarks = here(remarks);
+    Ok(((species, Source { text, place: KeyPath::default() }), remarks))
 }
 
 /// Reads the keys of a species file, with everything that is wrong in it.

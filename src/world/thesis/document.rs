@@ -4,6 +4,8 @@ use super::files::{Generator, Material, Sky};
 use super::folder::Folder;
 use super::settings::{Named, Settings};
 use super::species::{self, Species};
+use crate::world::fault::Origins;
+use crate::world::keys::NO_SEA;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -13,7 +15,19 @@ const FOV: f64 = 53.13;
 /// Power of a sun that is as strong as the model's.
 const FULL_SUN: f64 = 1e5;
 
-pub fn write(folder: &Folder, settings: &Settings) -> String {
+/// What a world file has no place for, one sentence each.
+pub fn warnings(settings: &Settings) -> Vec<String> {
+    let color = settings.sky.sun_color;
+    let left_out = format!(
+        "sky.conf: `SunColor` {} is left out: the sun has the colour that the model gives it, by its height and `Turbidity`; \
+         `SunColor 1 1 1` says so, and `sun.direct.irradiance` in a world file gives it another",
+        words(color)
+    );
+    if color == [1.0; 3] { Vec::new() } else { vec![left_out] }
+}
+
+/// The text, and where its keys come from.
+pub fn write(folder: &Folder, settings: &Settings) -> (String, Origins) {
     let species = species::write(settings);
     let parts = [
         head(folder),
@@ -23,7 +37,17 @@ pub fn write(folder: &Folder, settings: &Settings) -> String {
         camera(settings),
         render(settings),
     ];
-    parts.join("\n") + &species.text + &planting(settings, &species)
+    let text = parts.join("\n") + &species.text + &planting(settings, &species);
+    (text, origins(folder, settings, species))
+}
+
+fn origins(folder: &Folder, settings: &Settings, species: Species) -> Origins {
+    let mut origins = species.origins;
+    let spawners = settings.spawners.iter().enumerate();
+    origins.extend(spawners.map(|(index, spawner)| (format!("plants.{index}"), spawner.file.clone())));
+    let places = [("terrain", "terrain"), ("camera", "camera"), ("sky", "sky"), ("sun", "sky")];
+    origins.extend(places.map(|(key, file)| (key.into(), format!("{file}.conf"))));
+    Origins(origins.into_iter().map(|(key, file)| (key, folder.shown(&file))).collect())
 }
 
 /// The grids of plants, one a spawner. Where there is nothing that one could place, it places nothing.
@@ -84,9 +108,9 @@ fn terrain(settings: &Settings) -> String {
          extent = {}\n\
          layers = [{{ diamond_square = {{ n = {n}, init_height = {}, spread = {}, reduction = {} }} }}]\n\
          \n\
-         # There is no sea: it lies far below.\n\
+         # There is no sea.\n\
          [sea]\n\
-         level = -20000\n",
+         level = {NO_SEA}\n",
         terrain.size, terrain.init_height, terrain.spread, terrain.spread_reduction_rate
     )
 }
@@ -94,7 +118,11 @@ fn terrain(settings: &Settings) -> String {
 fn surface(settings: &Settings) -> String {
     let (terrain, materials) = (&settings.terrain, &settings.materials);
     format!(
-        "[surface.by_height]\n\
+        "# Snow lies by its height above the sea, and there is none.\n\
+         [surface]\n\
+         snow = \"none\"\n\
+         \n\
+         [surface.by_height]\n\
          rock_start = {}\n\
          ground_end = {}\n\
          \n\
@@ -125,7 +153,7 @@ pub fn material(material: &Material) -> String {
 fn light(settings: &Settings) -> String {
     let sky = &settings.sky;
     format!(
-        "# sky.conf: SunColor {} and SunPower {} are the sun's, as the model has it.\n\
+        "# sky.conf: SunColor {} is left out, the sun has the model's; SunPower {} is in the exposure.\n\
          [sky.preetham]\n\
          turbidity = {}\n\
          clouds = 0\n\
@@ -156,7 +184,8 @@ fn utc_offset(sky: &Sky) -> f64 {
 fn camera(settings: &Settings) -> String {
     let camera = &settings.camera;
     let [east, _, south] = camera.look_direction;
-    let azimuth = east.atan2(-south).to_degrees();
+    let edge_offset = camera.edge_min_offset.min(settings.terrain.size / 2.0);
+    let azimuth = libm::atan2(east, -south).to_degrees();
     format!(
         "# camera.conf\n\
          [camera]\n\
@@ -166,9 +195,9 @@ fn camera(settings: &Settings) -> String {
          height = {}\n\
          azimuth = {azimuth}\n\
          distance = {}\n\
-         edge_offset = {}\n\
+         edge_offset = {edge_offset}\n\
          expected_height = {}\n",
-        camera.look_height, camera.look_distance, camera.edge_min_offset, camera.expected_position_y
+        camera.look_height, camera.look_distance, camera.expected_position_y
     )
 }
 

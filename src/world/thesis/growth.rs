@@ -4,6 +4,7 @@ use super::files::{Family, Honda, LSystem};
 use crate::plants::derive::{Limits, Steps, derive};
 use crate::plants::grammar::Grammar;
 use crate::plants::turtle::{Interpretation, Side, draw};
+use crate::plants::watch::Watch;
 use glam::DVec3;
 use std::fmt::Write;
 
@@ -39,7 +40,7 @@ impl Growth {
         let grammar = Grammar::parse(&self.grammar, "").map_err(|error| error.to_string())?;
         let word =
             derive(&grammar, Steps::Fixed(self.steps), 0, &limits).map_err(|error| error.to_string())?;
-        let drawing = draw(&word, &how).map_err(|error| error.to_string())?;
+        let drawing = draw(&word, &how, Watch::NONE).map_err(|error| error.to_string())?;
         let nodes = drawing.axes.iter().flat_map(|axis| axis.nodes.iter().map(|node| node.position));
         let vertices = drawing.polygons.iter().flat_map(|polygon| polygon.vertices.iter().copied());
         let heights = nodes.chain(vertices).map(|point: DVec3| point.y);

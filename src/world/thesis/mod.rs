@@ -8,13 +8,16 @@ mod growth;
 mod mistakes;
 mod parameters;
 mod productions;
+mod reference;
 mod settings;
 mod species;
 mod tokens;
 
 pub use folder::{Contents, Folder, MAX_FILE};
+pub use reference::reference;
 
 use super::Error;
+use super::fault::Origins;
 use std::path::Path;
 
 /// A folder as a world file.
@@ -24,6 +27,10 @@ pub struct Converted {
     pub text: String,
     /// Name of its picture, without folder and ending.
     pub photo: String,
+    /// What it could not say in a world file, one sentence each.
+    pub warnings: Vec<String>,
+    /// The files that its keys come from, as messages show them.
+    pub origins: Origins,
 }
 
 /// Reads a folder.
@@ -40,5 +47,7 @@ pub fn read(path: &Path) -> Result<Converted, Error> {
 /// As [`read`].
 pub fn convert(folder: &Folder) -> Result<Converted, Error> {
     let settings = settings::read(folder)?;
-    Ok(Converted { text: document::write(folder, &settings), photo: settings.path_tracer.photo_name })
+    let (text, origins) = document::write(folder, &settings);
+    let warnings = document::warnings(&settings);
+    Ok(Converted { text, photo: settings.path_tracer.photo_name, warnings, origins })
 }

@@ -9,6 +9,9 @@ use std::ops::RangeInclusive;
 
 /// The settings of one kind of file: declared with `settings!`.
 pub trait Settings: Sized {
+    /// Where the file lies, and what it is about.
+    const ABOUT: &'static str;
+
     fn parameters() -> Vec<Parameter>;
 
     /// Reads each parameter; what is wrong is noted.
@@ -19,10 +22,15 @@ pub trait Settings: Sized {
 #[derive(Clone, Debug)]
 pub struct Parameter {
     pub name: &'static str,
+    pub about: &'static str,
     /// What may be written, in a few words.
     pub allowed: String,
+    /// What stands for nothing written; `None` where it must be.
+    pub default: Option<String>,
     /// How many words follow the name.
     pub count: usize,
+    /// Whether all of them stand on the line of the name.
+    pub one_line: bool,
 }
 
 /// What may follow a name, and what it becomes.
@@ -32,6 +40,12 @@ pub trait Kind {
     /// How many words.
     fn count(&self) -> usize {
         1
+    }
+
+    /// Whether they stand on the line of the name. Those that could be names must, or a value that was left out would take
+    /// the name of the next line.
+    fn one_line(&self) -> bool {
+        false
     }
 
     /// In a few words.
@@ -59,14 +73,19 @@ macro_rules! settings {
         pub struct $name { $($(#[doc = $doc])+ pub $field: $type,)+ }
 
         impl $crate::world::thesis::parameters::Settings for $name {
+            const ABOUT: &'static str = concat!($($about),+);
+
             fn parameters() -> Vec<$crate::world::thesis::parameters::Parameter> {
                 use $crate::world::thesis::parameters::{Kind as _, Parameter};
                 vec![$({
                     let kind = $kind;
                     Parameter {
                         name: stringify!($parameter),
+                        about: concat!($($doc),+).trim_ascii(),
                         allowed: kind.allowed(),
+                        default: kind.default(),
                         count: kind.count(),
+                        one_line: kind.one_line(),
                     }
                 }),+]
             }
@@ -111,9 +130,9 @@ impl<'a> Entries<'a> {
             };
             let mut words = Vec::new();
             // A name on a line of its own begins the next entry, whatever is missing here.
-            while let Some(word) = rest.next_if(|token| {
-                words.len() < parameter.count && (token.line == name.line || known(token).is_none())
-            }) {
+            let belongs =
+                |token: &Token| token.line == name.line || !parameter.one_line && known(token).is_none();
+            while let Some(word) = rest.next_if(|token| words.len() < parameter.count && belongs(token)) {
                 words.push(word);
             }
             if words.len() < parameter.count {
@@ -362,6 +381,10 @@ pub struct FileName;
 
 impl Kind for FileName {
     type Value = String;
+
+    fn one_line(&self) -> bool {
+        true
+    }
 
     fn allowed(&self) -> String {
         "the name of a file, without folder and ending".into()

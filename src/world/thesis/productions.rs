@@ -43,6 +43,10 @@ impl Kind for Productions {
         3
     }
 
+    fn one_line(&self) -> bool {
+        true
+    }
+
     fn allowed(&self) -> String {
         "a symbol, `>` and a word: `Prod A > F[+A]A`".into()
     }

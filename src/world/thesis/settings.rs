@@ -86,15 +86,18 @@ pub fn read(folder: &Folder) -> Result<Settings, Error> {
             folder.name,
             FILES.join(", ")
         );
-        return Err(Error::Unreadable { report });
+        return Err(Error::Wrong { report });
     }
     reader.names();
+    let terrain = reader.file("terrain.conf", check_terrain);
     let settings = Settings {
         path_tracer: reader.file("pathTracer.conf", unchecked).unwrap_or_default(),
-        camera: reader.file("camera.conf", check_camera).unwrap_or_default(),
+        camera: reader
+            .file("camera.conf", |entries, camera| check_camera(entries, camera, terrain.as_ref()))
+            .unwrap_or_default(),
         view_mode: reader.file("viewMode.conf", unchecked).unwrap_or_default(),
         sky: reader.file("sky.conf", unchecked).unwrap_or_default(),
-        terrain: reader.file("terrain.conf", check_terrain).unwrap_or_default(),
+        terrain: terrain.clone().unwrap_or_default(),
         materials: Materials {
             ground: reader.file("materials/ground.mat", unchecked).unwrap_or_default(),
             rock: reader.file("materials/rock.mat", unchecked).unwrap_or_default(),
@@ -166,11 +169,12 @@ impl Reader<'_> {
         let bytes = match self.folder.files.get(file) {
             Some(Contents::Bytes(bytes)) => bytes,
             Some(Contents::Unreadable(why)) => {
-                self.no_file(file, format!("`{file}` can't be read"), why);
+                let complaint = Complaint { cause: Cause::File, ..Complaint::new("", why) };
+                self.mistakes.note(file, None, format!("`{file}` can't be read"), complaint);
                 return None;
             }
             None => {
-                self.no_file(file, format!("`{file}` is missing"), "every folder of settings has it");
+                self.missing(file, format!("`{file}` is missing"), "every folder of settings has it");
                 return None;
             }
         };
@@ -189,9 +193,9 @@ impl Reader<'_> {
             .ok()
     }
 
-    fn no_file(&self, file: &str, title: String, label: &str) {
-        let complaint = Complaint { cause: Cause::File, ..Complaint::new("", label) };
-        self.mistakes.note(file, None, title, complaint);
+    /// A folder that lacks something says something wrong, like a file without a name that must be there.
+    fn missing(&self, file: &str, title: String, label: &str) {
+        self.mistakes.note(file, None, title, Complaint::new("", label));
     }
 
     /// What the files in a folder say, in the order of their names.
@@ -210,7 +214,7 @@ impl Reader<'_> {
         let folder = self.folder;
         for name in FOLDERS.into_iter().filter(|name| *name != "leafs" && !folder.folders.contains(*name)) {
             let title = format!("the folder `{name}` is missing");
-            self.no_file(name, title, "it may be empty");
+            self.missing(name, title, "it may be empty");
         }
         for name in folder.folders.iter().filter(|name| !FOLDERS.contains(&name.as_str())) {
             let complaint = guess("", name, FOLDERS.into_iter(), String::new());
@@ -250,7 +254,14 @@ impl Reader<'_> {
 
 fn unchecked<S>(_: &Entries, _: &S) {}
 
-fn check_camera(entries: &Entries, camera: &Camera) {
+fn check_camera(entries: &Entries, camera: &Camera, terrain: Option<&Terrain>) {
+    let half = terrain.map_or(f64::INFINITY, |terrain| terrain.size / 2.0);
+    // A terrain that is small for what stands for nothing written has room in its middle.
+    if entries.has("EdgeMinOffset") && camera.edge_min_offset > half {
+        let label = format!("allowed: up to {half}, half of `Size` in terrain.conf");
+        entries.refuse("EdgeMinOffset", Complaint::new("leaves no place to stand", label));
+    }
+
     if let [0.0, _, 0.0] = camera.look_direction {
         let complaint = Complaint::new("points nowhere", "its first or third number must not be 0");
         entries.refuse(

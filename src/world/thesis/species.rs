@@ -4,7 +4,7 @@ use super::document::material;
 use super::files::{Honda, LSystem, Substance};
 use super::growth::{self, DRAW, Growth, SILENT};
 use super::settings::{Leaf, Materials, Named, Settings, Tree};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 /// The species, and their names.
@@ -12,19 +12,23 @@ pub struct Species {
     pub text: String,
     pub trees: Vec<String>,
     pub plants: Vec<String>,
+    /// Files by the keys that were made from them.
+    pub origins: BTreeMap<String, String>,
 }
 
 pub fn write(settings: &Settings) -> Species {
-    let mut writer = Writer { materials: &settings.materials, names: BTreeSet::new(), text: String::new() };
+    let (names, text, origins) = (BTreeSet::new(), String::new(), BTreeMap::new());
+    let mut writer = Writer { materials: &settings.materials, names, text, origins };
     let trees = settings.trees.iter().map(|tree| writer.tree(tree, &settings.leafs)).collect();
     let plants = settings.plants.iter().map(|plant| writer.plant(plant)).collect();
-    Species { text: writer.text, trees, plants }
+    Species { text: writer.text, trees, plants, origins: writer.origins }
 }
 
 struct Writer<'a> {
     materials: &'a Materials,
     names: BTreeSet<String>,
     text: String,
+    origins: BTreeMap<String, String>,
 }
 
 /// A leaf of a tree with the symbol of its organ.
@@ -66,6 +70,7 @@ impl Writer<'_> {
         leafs: &[Borne],
     ) -> String {
         let name = self.name(file);
+        self.origins.insert(format!("species.{name}"), file.into());
         let Growth { grammar, steps, width, .. } = growth;
         let wood = substance.name();
         let _ = write!(
@@ -94,6 +99,7 @@ impl Writer<'_> {
             let _ = write!(self.text, "\n[species.{name}.materials.{}]\n{keys}", substance.name());
         }
         for (symbol, leaf) in leafs {
+            self.origins.insert(format!("species.{name}.organs.{symbol}"), leaf.file.clone());
             let Leaf { growth: Growth { grammar, steps, width, angle }, material, .. } = &leaf.says;
             let material = material.name();
             let _ = write!(

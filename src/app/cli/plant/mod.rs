@@ -6,13 +6,13 @@ mod stats;
 use super::options::{DeviceOptions, OutputOptions, Size, size};
 use super::output::{check_extension, print};
 use crate::app::report::Details;
-use crate::app::{Error, Session, interrupt};
-use crate::core::hash::derive_seed;
+use crate::app::{Error, Session, growth, interrupt};
 use crate::formats::{self, file, gltf, obj, ply};
-use crate::plants::derive::Limits;
+use crate::plants::species::Seen;
 use crate::scene::Model;
 use crate::world::species::{self, Loaded};
 use clap::{Args, ValueHint};
+use stats::Stats;
 use std::path::PathBuf;
 
 /// Grow a plant of a species: its figures, its model, a picture of it
@@ -120,17 +120,24 @@ fn grow(loaded: &Loaded, arguments: &Arguments, session: &mut Session) -> Result
         };
         return Err(Error::Usage(format!("{name} has {variants}")));
     }
-    session.progress.show("growing", 0, 1);
-    let limits = Limits::default();
     // As in a world that calls the species by this name.
-    let seed = derive_seed(arguments.seed, &format!("plants.{name}"));
-    let body = species.body(seed, arguments.variant, &limits).map_err(|error| source.blame(&error))?;
-    let model = species.model(&body);
-    session.progress.show("growing", 1, 1);
-    session.progress.end();
-    if arguments.stats {
-        let stats = stats::Stats::of(species, arguments.variant, seed, &body, &model, &limits);
-        let stats = stats.map_err(|error| source.blame(&error))?;
+    let seed = species::seed(arguments.seed, name);
+    let grown = growth::side_by_side(1, session, |_, limits| {
+        let grow = || {
+            let mut stats = arguments.stats.then(|| Stats::of(species, arguments.variant));
+            let see = |seen: Seen| stats.iter_mut().for_each(|stats| stats.see(&seen));
+            let body = species.body_seen(seed, arguments.variant, limits, see)?;
+            let model = species.model(&body, limits.watch)?;
+            stats.iter_mut().for_each(|stats| stats.end(&body, &model));
+            Ok((model, stats, species.unfinished(seed, limits)))
+        };
+        grow().map_err(|error| source.blame(&error).into())
+    })?;
+    let Some((model, stats, unfinished)) = grown.into_iter().next() else {
+        return Err(Error::Interrupted { written: 0, kept: None });
+    };
+    unfinished.iter().for_each(|unfinished| session.warn(source.warn(unfinished)));
+    if let Some(stats) = stats {
         if !arguments.output.json {
             print(stats.to_string().as_bytes())?;
         }

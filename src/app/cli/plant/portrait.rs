@@ -10,7 +10,12 @@ use crate::raster::{Quality, Renderer};
 use crate::scene::{Camera, Film, Ground, Instance, Model, Population, Scene, View};
 use crate::terrain::Simulation;
 use crate::world::{self, Overrides, World};
+use embedded_graphics::mono_font::{MonoTextStyle, ascii::FONT_7X13};
+use embedded_graphics::pixelcolor::BinaryColor;
+use embedded_graphics::prelude::{DrawTarget, Drawable, OriginDimensions, Pixel, Point};
+use embedded_graphics::text::{Alignment, Baseline, Text};
 use glam::{Quat, Vec3};
+use std::convert::Infallible;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
@@ -21,8 +26,9 @@ const STUDIO: &str = include_str!("studio.toml");
 /// Of one picture, and of each of a sheet.
 const ONE: Size = Size { width: 768, height: 768 };
 const OF_SHEET: Size = Size { width: 320, height: 384 };
-/// Pixels between the pictures of a sheet.
+/// Pixels between the pictures of a sheet, and of the line below each that its name stands in.
 const GAP: u32 = 4;
+const CAPTION: u32 = 20;
 /// Work between two looks at the clock.
 const SLICE: Duration = Duration::from_millis(100);
 /// Twigs and blades are thinner than pixels.
@@ -39,24 +45,25 @@ pub fn write(
     let world = world::parse("studio.toml", STUDIO.as_bytes(), Path::new(""), &Overrides::default())?;
     let size = size.unwrap_or(if models.len() == 1 { ONE } else { OF_SHEET });
     let film = Film { width: size.width, height: size.height, ..world.film };
-    let sheet = Sheet::of(models.len() as u32, size);
+    let mut sheet = Sheet::of(models.len() as u32, size);
     check_picture(&Film { width: sheet.width, height: sheet.height, ..film })?;
 
     let gpu = land::open(device, session)?;
     let renderer = Renderer::new(&gpu)?;
     let ground = ground(&gpu, &world)?;
-    let mut pixels = vec![u8::MAX; sheet.bytes()];
+    sheet.clear();
     let count = models.len() as u64;
     for (index, model) in models.into_iter().enumerate() {
         session.progress.show("picture", index as u64, count);
         interrupt::check(&session.report)?;
+        sheet.caption(index as u32, &model.name);
         let scene = scene(&world, ground.clone(), model, size);
         let picture = renderer.render(&scene, &film, QUALITY)?;
-        sheet.place(&mut pixels, index as u32, &picture.developed(film.tone_map));
+        sheet.place(index as u32, &picture.developed(film.tone_map));
     }
     session.progress.show("picture", count, count);
     session.progress.end();
-    Ok(png::write_picture(path, [sheet.width, sheet.height], &pixels)?)
+    Ok(png::write_picture(path, [sheet.width, sheet.height], &sheet.pixels)?)
 }
 
 /// The ground of the studio, to stand on.
@@ -86,41 +93,102 @@ fn camera(model: &Model, fov: f32, size: Size) -> Camera {
     let downwards = 0.35 * (-(most.y - least.y) / 3.0).exp() + 0.06;
     let forward = Vec3::new(0.0, -downwards.sin(), -downwards.cos());
     let aspect = size.width as f32 / size.height as f32;
-    let Pinhole { eye, .. } = Pinhole::frame(&[[least, most]], forward, ROOM, fov, aspect);
+    let Pinhole { eye, .. } = Pinhole::frame(&boxes(model), forward, ROOM, fov, aspect);
     Camera { view: View::LookAt { position: eye, target: eye + forward }, fov }
 }
 
-/// How much farther away the camera stands than the box around the plant needs, whose corners are empty.
-const ROOM: f32 = 1.0;
+/// How much farther away the camera stands than the plant needs to fill the picture.
+const ROOM: f32 = 1.15;
 
-/// Pictures side by side, row by row.
+/// Boxes around all of the model, each of a few triangles that belong together: the corners of one around the whole plant
+/// are empty, and would keep the camera away.
+fn boxes(model: &Model) -> Vec<[Vec3; 2]> {
+    let parts = model.levels.first().map_or(&[][..], |level| &level.parts);
+    let around = |corners: &[[f32; 3]]| {
+        let corners = || corners.iter().copied().map(Vec3::from);
+        Some([corners().reduce(Vec3::min)?, corners().reduce(Vec3::max)?])
+    };
+    parts.iter().flat_map(|part| part.mesh.positions.chunks(64)).filter_map(around).collect()
+}
+
+/// Pictures side by side, row by row, with their names below; a picture alone has none.
 struct Sheet {
     columns: u32,
     size: Size,
+    caption: u32,
     width: u32,
     height: u32,
+    /// Three bytes each, row by row; empty until it is cleared.
+    pixels: Vec<u8>,
 }
 
 impl Sheet {
     fn of(count: u32, size: Size) -> Sheet {
         let columns = columns(count);
         let rows = count.div_ceil(columns);
+        let caption = if count > 1 { CAPTION } else { 0 };
         let across = |count: u32, side: u32| (count * (side + GAP)).saturating_sub(GAP);
-        Sheet { columns, size, width: across(columns, size.width), height: across(rows, size.height) }
+        let (width, height) = (across(columns, size.width), across(rows, size.height + caption));
+        Sheet { columns, size, caption, width, height, pixels: Vec::new() }
     }
 
-    fn bytes(&self) -> usize {
-        3 * self.width as usize * self.height as usize
+    /// Takes the memory of the sheet: white.
+    fn clear(&mut self) {
+        self.pixels = vec![u8::MAX; 3 * self.width as usize * self.height as usize];
+    }
+
+    /// The upper left corner of a picture.
+    fn corner(&self, index: u32) -> [u32; 2] {
+        let [column, row] = [index % self.columns, index / self.columns];
+        [column * (self.size.width + GAP), row * (self.size.height + self.caption + GAP)]
     }
 
     /// Copies a picture, three bytes a pixel, to its place.
-    fn place(&self, sheet: &mut [u8], index: u32, picture: &[u8]) {
-        let [column, row] = [index % self.columns, index / self.columns];
-        let [left, top] = [column * (self.size.width + GAP), row * (self.size.height + GAP)];
+    fn place(&mut self, index: u32, picture: &[u8]) {
+        let [left, top] = self.corner(index);
         for (line, pixels) in picture.chunks_exact(3 * self.size.width as usize).enumerate() {
             let start = 3 * ((top as usize + line) * self.width as usize + left as usize);
-            sheet[start..start + pixels.len()].copy_from_slice(pixels);
+            self.pixels[start..start + pixels.len()].copy_from_slice(pixels);
         }
+    }
+
+    /// Writes the name of a picture below it.
+    fn caption(&mut self, index: u32, name: &str) {
+        if self.caption == 0 {
+            return;
+        }
+        let [left, top] = self.corner(index);
+        let middle = Point::new(
+            (left + self.size.width / 2) as i32,
+            (top + self.size.height + self.caption / 2) as i32,
+        );
+        let style = MonoTextStyle::new(&FONT_7X13, BinaryColor::On);
+        let mut text = Text::with_baseline(name, middle, style, Baseline::Middle);
+        text.text_style.alignment = Alignment::Center;
+        let Ok(_) = text.draw(self);
+    }
+}
+
+impl OriginDimensions for Sheet {
+    fn size(&self) -> embedded_graphics::prelude::Size {
+        embedded_graphics::prelude::Size::new(self.width, self.height)
+    }
+}
+
+/// Black ink.
+impl DrawTarget for Sheet {
+    type Color = BinaryColor;
+    type Error = Infallible;
+
+    fn draw_iter<I: IntoIterator<Item = Pixel<BinaryColor>>>(&mut self, pixels: I) -> Result<(), Infallible> {
+        for Pixel(place, color) in pixels {
+            let (Ok(x), Ok(y)) = (usize::try_from(place.x), usize::try_from(place.y)) else { continue };
+            if color.is_off() || x >= self.width as usize || y >= self.height as usize {
+                continue;
+            }
+            self.pixels[3 * (y * self.width as usize + x)..][..3].fill(0);
+        }
+        Ok(())
     }
 }
 

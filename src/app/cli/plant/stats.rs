@@ -1,10 +1,10 @@
 //! Figures of a plant.
 
 use crate::core::hash::hexadecimal;
-use crate::plants::derive::{Change, Derivation, Limits, Steps};
+use crate::plants::derive::Steps;
 use crate::plants::mesh::Body;
-use crate::plants::species::{Error, Species, variant_seed};
-use crate::plants::turtle::{self, Measure};
+use crate::plants::species::{Seen, Species};
+use crate::plants::turtle::Measure;
 use crate::scene::Model;
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -12,9 +12,11 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 
 /// What a plant is made of.
+#[derive(Default)]
 pub struct Stats {
     name: String,
     variant: u32,
+    steps: Steps,
     /// How often each symbol stands in the word: in the axiom, and after each step.
     counts: Vec<BTreeMap<char, u64>>,
     /// SHA-256 of the last word's symbols, without parameters.
@@ -30,44 +32,36 @@ pub struct Stats {
 }
 
 impl Stats {
-    pub fn of(
-        species: &Species,
-        variant: u32,
-        seed: u32,
-        body: &Body,
-        model: &Model,
-        limits: &Limits,
-    ) -> Result<Stats, Error> {
-        let form = &species.form;
-        let mut derivation = Derivation::new(&form.grammar, variant_seed(seed, variant), limits)?;
-        let mut counts = vec![derivation.word().counts()];
-        let most = match form.steps {
-            Steps::Fixed(steps) => steps,
-            Steps::UntilDone => limits.steps,
-        };
-        for _ in 0..most {
-            // A step that changes nothing is none, unless it was asked for.
-            if derivation.step()? == Change::Done && form.steps == Steps::UntilDone {
-                break;
-            }
-            counts.push(derivation.word().counts());
-        }
-        let word = derivation.into_word();
-        Ok(Stats {
-            name: species.name.clone(),
-            variant,
-            counts,
-            sha256: hexadecimal(&word.sha256()),
-            measure: turtle::draw(&word, &form.turtle)?.measure,
-            bounds: body.bounds().unwrap_or_default(),
-            leaf_area: body.leaf_area(),
-            levels: model.levels.iter().map(|level| (level.detail, level.triangles())).collect(),
-        })
+    pub fn of(species: &Species, variant: u32) -> Stats {
+        Stats { name: species.name.clone(), variant, steps: species.form.steps, ..Stats::default() }
     }
 
-    fn last(&self) -> &BTreeMap<char, u64> {
-        // The axiom is counted in any case.
-        &self.counts[self.counts.len() - 1]
+    /// Counts what is seen of the plant while it grows.
+    pub fn see(&mut self, seen: &Seen) {
+        match seen {
+            Seen::Word(word) => self.counts.push(word.counts()),
+            Seen::Way(word, measure) => {
+                self.sha256 = hexadecimal(&word.sha256());
+                self.measure = **measure;
+            }
+        }
+    }
+
+    /// Measures what has grown.
+    pub fn end(&mut self, body: &Body, model: &Model) {
+        // Steps that change nothing are none, unless they were asked for.
+        if let (Steps::Fixed(steps), Some(last)) = (self.steps, self.counts.last()) {
+            let last = last.clone();
+            self.counts.resize(steps as usize + 1, last);
+        }
+        self.bounds = body.bounds().unwrap_or_default();
+        self.leaf_area = body.leaf_area();
+        self.levels = model.levels.iter().map(|level| (level.detail, level.triangles())).collect();
+    }
+
+    /// Of the last word.
+    fn branches(&self) -> u64 {
+        self.counts.last().and_then(|counts| counts.get(&'[')).copied().unwrap_or(0)
     }
 
     /// For programs. Lengths and areas of the turtle's way are those of the grammar, before the plant is scaled to its
@@ -80,9 +74,9 @@ impl Stats {
         json!({
             "name": self.name,
             "variant": self.variant,
-            "modules": modules(self.last()),
-            "counts": self.last(),
-            "branches": self.last().get(&'[').unwrap_or(&0),
+            "modules": self.counts.last().map_or(0, modules),
+            "counts": self.counts.last(),
+            "branches": self.branches(),
             "sha256_symbols": self.sha256,
             "steps": steps.collect::<Vec<_>>(),
             "bbox_min": measure.bounds[0].to_array(),
@@ -119,7 +113,7 @@ impl Display for Stats {
             writeln!(out)?;
         }
         writeln!(out, "symbols   SHA-256 {}", self.sha256)?;
-        writeln!(out, "branches  {}, at most {} deep", self.last().get(&'[').unwrap_or(&0), measure.depth)?;
+        writeln!(out, "branches  {}, at most {} deep", self.branches(), measure.depth)?;
         writeln!(out, "turtle    {} segments, {:.4} long in all", measure.segments, measure.length)?;
         let [from, to] = measure.bounds;
         writeln!(out, "          from {} to {}", Point(from), Point(to))?;
