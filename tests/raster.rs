@@ -11,7 +11,8 @@ use terrane::core::memory;
 use terrane::gpu::{DeviceKind, Gpu, Image, Options, Recorder, format::R32f};
 use terrane::raster::{self, Quality, Renderer};
 use terrane::scene::{
-    Air, AirLayer, Camera, Film, Ground, Light, Picture, Population, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
+    Air, AirLayer, Camera, Film, Ground, Light, Picture, Population, Scene, Sea, Sky, Sun, Surface, ToneMap,
+    View,
 };
 use terrane::sky::{air, preetham, sun};
 

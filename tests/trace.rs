@@ -2,14 +2,16 @@
 
 mod kit;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use terrane::core::camera::Pinhole;
+use terrane::core::hash::mix;
 use terrane::core::mesh::Mesh;
 use terrane::gpu::Gpu;
-use terrane::scene::{Film, Material, Scene, Sky, Sun, ToneMap};
-use terrane::trace::{Settings, Tracer};
+use terrane::scene::{Film, Instance, Material, Scene, Sky, Sun, ToneMap};
+use terrane::trace::{Ray, Settings, Tracer};
 
+use kit::forest::Random;
 use kit::stage::{ball, empty, grey, sheet, with};
 
 /// Pixels that see a place, and samples of each.
@@ -185,4 +187,156 @@ fn instances_stand_where_they_are_put() {
     let eye = instance.position + rotation * Vec3::new(1.0, 9.0, 2.0);
     assert_radiance(radiance(&gpu, &scene, 0, eye, edge(0.45)), 1.0);
     assert_eq!(radiance(&gpu, &scene, 0, eye, edge(0.55)).0, 0.0);
+}
+
+// Rays ---------------------------------------------------------------------------------------------------------------
+
+/// A heap of turned and scaled balls and sheets on hilly ground, and rays through it in all directions, each against every
+/// triangle in f64. What a ray misses by less than rounding may differ: such rays are counted, and are few.
+#[test]
+fn rays_meet_what_lies_in_their_way() {
+    let gpu = kit::gpu();
+    let mut random = Random(7);
+    let shapes = [
+        (ball(Vec3::ZERO, 1.0, 1.0, 24, false), grey(0.5)),
+        (sheet(Vec3::new(-1.0, 0.0, -1.0), 2.0 * Vec3::Z, 2.0 * Vec3::X), grey(0.5)),
+        (ball(Vec3::new(0.0, 0.5, 0.0), 0.3, 0.2, 12, true), grey(0.5)),
+    ];
+    let meshes: Vec<Mesh> = shapes.iter().map(|(mesh, _)| mesh.clone()).collect();
+    let mut scene = with(empty(&gpu), shapes.into());
+    let instance = |random: &mut Random| Instance {
+        model: mix(random.0) % 3,
+        random: 0,
+        position: 10.0
+            * Vec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), random.between(-1.0, 1.0)),
+        rotation: glam::Quat::from_axis_angle(random.direction(), random.between(0.0, 6.0)),
+        scale: random.between(0.2, 2.0),
+    };
+    scene.population.instances = (0..300).map(|_| instance(&mut random)).collect();
+    let film = Film { width: 8, height: 8, exposure: 1.0, tone_map: ToneMap::None };
+    let camera = Pinhole::look_at(Vec3::Y, Vec3::ZERO, 1.0, 1.0);
+    let tracer = Tracer::new(&gpu).expect("a tracer");
+    let tracing = tracer.begin(&scene, &film, &camera, Settings::default()).expect("begun");
+    let ray = |random: &mut Random| Ray {
+        origin: random.direction() * random.between(0.0, 30.0),
+        direction: random.direction(),
+    };
+    let mut rays: Vec<Ray> = (0..3000).map(|_| ray(&mut random)).collect();
+    // Along the axes directions have components that are 0.
+    let axis = |index: usize| [Vec3::X, Vec3::NEG_Y, Vec3::Z][index % 3];
+    let along: Vec<Ray> = (0..300).map(|index| Ray { direction: axis(index), ..rays[index] }).collect();
+    rays.extend(along);
+    let found = tracing.meet(&rays).expect("met");
+    let (mut met, mut off) = (0, 0);
+    for (ray, found) in rays.iter().zip(found) {
+        let expected = nearest(&scene.population.instances, &meshes, ray);
+        let found = found.filter(|meeting| meeting.instance.is_some());
+        met += usize::from(expected.is_some());
+        let same = match (expected, found) {
+            (None, None) => true,
+            (Some((range, _)), Some(found)) => {
+                (range - f64::from(found.range)).abs() <= 1e-4 * range.max(1.0)
+            }
+            _ => false,
+        };
+        off += usize::from(!same);
+    }
+    assert!(met > 1000, "{met} rays meet anything");
+    assert!(off <= 3, "{off} of {} rays differ", rays.len());
+}
+
+/// The nearest crossing of the ray with any triangle (Möller & Trumbore 1997, in f64).
+fn nearest(instances: &[Instance], meshes: &[Mesh], ray: &Ray) -> Option<(f64, u32)> {
+    let mut best: Option<(f64, u32)> = None;
+    for (index, instance) in instances.iter().enumerate() {
+        let mesh = &meshes[instance.model as usize];
+        let place = |corner: u32| {
+            let corner = DVec3::from(Vec3::from(mesh.positions[corner as usize]));
+            DVec3::from(instance.position)
+                + instance.rotation.as_dquat() * (f64::from(instance.scale) * corner)
+        };
+        for triangle in &mesh.triangles {
+            let [a, b, c] = triangle.map(place);
+            let (origin, direction) = (DVec3::from(ray.origin), DVec3::from(ray.direction));
+            let (ab, ac) = (b - a, c - a);
+            let p = direction.cross(ac);
+            let determinant = ab.dot(p);
+            if determinant == 0.0 {
+                continue;
+            }
+            let s = origin - a;
+            let u = s.dot(p) / determinant;
+            let q = s.cross(ab);
+            let v = direction.dot(q) / determinant;
+            let range = ac.dot(q) / determinant;
+            let inside = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && range > 0.0;
+            if inside && best.is_none_or(|(least, _)| range < least) {
+                best = Some((range, index as u32));
+            }
+        }
+    }
+    best
+}
+
+/// From inside a closed ball nothing gets out, wherever it goes: neighbouring triangles leave no gap.
+#[test]
+fn closed_meshes_do_not_leak() {
+    let gpu = kit::gpu();
+    let mut random = Random(3);
+    let mut scene = with(empty(&gpu), vec![(ball(Vec3::ZERO, 1.0, 1.0, 16, true), grey(0.5))]);
+    let mut instance = scene.population.instances[0];
+    instance.rotation = glam::Quat::from_axis_angle(random.direction(), 1.0);
+    instance.position = Vec3::new(30.0, 200.0, -70.0);
+    scene.population.instances = [instance].into();
+    let film = Film { width: 8, height: 8, exposure: 1.0, tone_map: ToneMap::None };
+    let camera = Pinhole::look_at(Vec3::Y, Vec3::ZERO, 1.0, 1.0);
+    let tracer = Tracer::new(&gpu).expect("a tracer");
+    let tracing = tracer.begin(&scene, &film, &camera, Settings::default()).expect("begun");
+    // At the corners and along the edges, where a leak would be.
+    let mesh = ball(Vec3::ZERO, 1.0, 1.0, 16, true);
+    let corner =
+        |index: u32| instance.position + instance.rotation * Vec3::from(mesh.positions[index as usize]);
+    let mut rays = Vec::new();
+    for triangle in &mesh.triangles {
+        for side in 0..3 {
+            let (a, b) = (corner(triangle[side]), corner(triangle[(side + 1) % 3]));
+            for _ in 0..8 {
+                let origin = instance.position + 0.5 * random.unit() * random.direction();
+                rays.push(Ray { origin, direction: (a.lerp(b, random.unit()) - origin).normalize() });
+                rays.push(Ray { origin, direction: (a - origin).normalize() });
+            }
+        }
+    }
+    let out = tracing
+        .meet(&rays)
+        .expect("met")
+        .iter()
+        .filter(|it| it.is_none_or(|it| it.instance.is_none()))
+        .count();
+    assert_eq!(out, 0, "{out} of {} rays get out", rays.len());
+}
+
+// Samples and sums ---------------------------------------------------------------------------------------------------
+
+fn traced(gpu: &Gpu, scene: &Scene, width: u32, height: u32, samples: &[u32]) -> Vec<[f32; 3]> {
+    let film = Film { width, height, exposure: 1.0, tone_map: ToneMap::None };
+    let camera = Pinhole::look_at(Vec3::new(0.2, -0.1, 0.1), Vec3::NEG_Y, 1.0, width as f32 / height as f32);
+    let tracer = Tracer::new(gpu).expect("a tracer");
+    let settings = Settings { bounces: 3, ..Settings::default() };
+    let mut tracing = tracer.begin(scene, &film, &camera, settings).expect("begun");
+    for samples in samples {
+        while tracing.step(*samples).expect("a step") {}
+    }
+    tracing.sums().picture().pixels
+}
+
+/// The same bits again, and whether samples come in one go or in several; other seeds give other bits.
+#[test]
+fn the_same_samples_give_the_same_bits() {
+    let gpu = kit::gpu();
+    let scene = sky(bowl(&gpu), 1.0);
+    let once = traced(&gpu, &scene, 24, 16, &[8]);
+    assert_eq!(once, traced(&gpu, &scene, 24, 16, &[8]));
+    assert_eq!(once, traced(&gpu, &scene, 24, 16, &[1, 3, 8]));
+    assert_ne!(once, traced(&gpu, &scene, 24, 16, &[9]));
 }

@@ -108,12 +108,7 @@ fn download(gpu: &Gpu, image: &Image<R32f>) -> gpu::Result<Vec<f32>> {
 }
 
 /// The world's camera, as the world's own picture has it.
-pub fn seen_from(
-    gpu: &Gpu,
-    simulation: &Simulation,
-    camera: &Camera,
-    film: &Film,
-) -> Result<Pinhole, Error> {
+pub fn seen_from(gpu: &Gpu, simulation: &Simulation, camera: &Camera, film: &Film) -> Result<Pinhole, Error> {
     let heights = download(gpu, &simulation.layer(Layer::Height)?)?;
     let ground = Ground::new(simulation.plan().grid, simulation.sea_level(), heights);
     Ok(pinhole(camera, film, &ground))

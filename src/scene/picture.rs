@@ -1,7 +1,7 @@
 //! A finished picture.
 
-use crate::core::color::{filmic, srgb8_from_linear};
 use super::ToneMap;
+use crate::core::color::{filmic, srgb8_from_linear};
 use rayon::prelude::*;
 
 /// Scene radiance times exposure, linear Rec.709, row by row from the top.

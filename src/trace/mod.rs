@@ -14,6 +14,7 @@ use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format
 use crate::scene::{self, Film, Scene};
 use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
 use crate::shaders::{self, Frame, Work, raster::openness};
+use glam::Vec3;
 use std::time::{Duration, Instant};
 
 pub use film::Sums;
@@ -98,13 +99,25 @@ impl Tracer {
         let frame = upload(gpu, "frame", &[scene::frame(scene, film, 1, camera)])?;
         let dome = upload(gpu, "dome", &sky::table(&scene.light.sky))?;
         let openness = self.openness(scene, &frame)?;
-        let paths = Paths::new(gpu, settings.bounces, film)?;
+        let paths = Paths::new(gpu, Block::most_pixels(film) as usize, settings.bounces)?;
         let sums = Sums::new(film.width, film.height);
         let count = match gpu.info().kind {
             DeviceKind::Cpu => 2 * FEWEST_PATHS,
             _ => 32 * FEWEST_PATHS,
         };
-        Ok(Tracing { tracer: self, scene, film: *film, settings, tree, frame, dome, openness, paths, sums, count })
+        Ok(Tracing {
+            tracer: self,
+            scene,
+            film: *film,
+            settings,
+            tree,
+            frame,
+            dome,
+            openness,
+            paths,
+            sums,
+            count,
+        })
     }
 
     fn openness(&self, scene: &Scene, frame: &Buffer<Frame>) -> gpu::Result<Image<R32f>> {
@@ -117,6 +130,25 @@ impl Tracer {
         Ok(image)
     }
 }
+
+/// A ray into the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    pub origin: Vec3,
+    pub direction: Vec3,
+}
+
+/// What a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// In lengths of the ray's direction.
+    pub range: f32,
+    /// Index of the instance; `None` is the land.
+    pub instance: Option<u32>,
+}
+
+/// The twin of `NOTHING` in `glsl/lib/hit.glsl`.
+const NOTHING: u32 = u32::MAX;
 
 /// Paths at work on the device.
 struct Paths {
@@ -133,8 +165,8 @@ struct Paths {
 }
 
 impl Paths {
-    fn new(gpu: &Gpu, bounces: u32, film: &Film) -> gpu::Result<Paths> {
-        let most = Block::most_pixels(film) as usize;
+    /// For `most` paths at once, and so many turns of each.
+    fn new(gpu: &Gpu, most: usize, bounces: u32) -> gpu::Result<Paths> {
         Ok(Paths {
             paths: Buffer::new(gpu, "paths", most)?,
             hits: Buffer::new(gpu, "hits", most)?,
@@ -191,6 +223,58 @@ impl Tracing<'_> {
         let finished = rec.submit()?.wait()?;
         self.sums.add(&block, &download.take(&finished));
         Ok(true)
+    }
+
+    /// What each of these rays meets first: land or an instance. The sea is not in the way.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn meet(&self, rays: &[Ray]) -> gpu::Result<Vec<Option<Meeting>>> {
+        let (gpu, count) = (&self.tracer.gpu, rays.len());
+        if count == 0 {
+            return Ok(Vec::new());
+        }
+        let ray = |ray: &Ray| shaders::Path {
+            origin: ray.origin.to_array(),
+            direction: ray.direction.to_array(),
+            ..shaders::Path::default()
+        };
+        let Paths { paths, hits, queues, escaped, land, models, sea, turns, .. } =
+            &Paths::new(gpu, count, 0)?;
+        let Tree { nodes, triangles, facets, placements, .. } = &self.tree;
+        let mut rec = Recorder::new(gpu);
+        rec.upload(paths, &rays.iter().map(ray).collect::<Vec<_>>());
+        rec.upload(&queues[0], &(0..count as u32).collect::<Vec<_>>());
+        rec.upload(turns, &[shaders::Turn { paths: count as u32, ..Default::default() }, Default::default()]);
+        rec.dispatch(
+            &self.tracer.extend,
+            [count as u32, 1],
+            extend::Push { turn: 0, sea_level: f32::MIN },
+            extend::Bindings {
+                nodes,
+                triangles,
+                placements,
+                facets,
+                turns,
+                queue: &queues[0],
+                paths,
+                hits,
+                escaped,
+                land,
+                models,
+                sea,
+            },
+        );
+        let (hits, placements) = (rec.download(hits), rec.download(placements));
+        let finished = rec.submit()?.wait()?;
+        let (hits, placements) = (hits.take(&finished), placements.take(&finished));
+        let meeting = |hit: &shaders::Hit| {
+            (hit.triangle != NOTHING).then(|| Meeting {
+                range: hit.range,
+                instance: placements[hit.placement as usize].object.checked_sub(1),
+            })
+        };
+        Ok(hits.iter().map(meeting).collect())
     }
 
     /// What has been gathered so far.
@@ -250,7 +334,8 @@ impl Tracing<'_> {
                     escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
                 rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
                 let queue = sea;
-                let bindings = sea::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
+                let bindings =
+                    sea::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
                 rec.dispatch(&tracer.sea, size, sea::Push { work }, bindings);
                 rec.dispatch(
                     &tracer.land,

@@ -20,7 +20,8 @@ pub fn table(sky: &Sky) -> Vec<f32> {
             let y = 1.0 - 2.0 * (row as f64 + fine(index / FINE)) / ROWS as f64;
             let azimuth = 2.0 * PI * ((column as f64 + fine(index % FINE)) / COLUMNS as f64 - 0.5);
             let level = (1.0 - y * y).sqrt();
-            let [red, green, blue] = dome::radiance(sky, DVec3::new(level * azimuth.cos(), y, level * azimuth.sin()));
+            let [red, green, blue] =
+                dome::radiance(sky, DVec3::new(level * azimuth.cos(), y, level * azimuth.sin()));
             if y < 0.0 { 0.0 } else { 0.2126 * red + 0.7152 * green + 0.0722 * blue }
         });
         samples.sum::<f64>()

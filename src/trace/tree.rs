@@ -155,7 +155,8 @@ fn grown(model: &Model, first: u32) -> Grown {
 
 impl Grown {
     fn new(corners: &[[Vec3; 3]], facets: &[Facet]) -> Grown {
-        let solid = |[a, b, c]: &[Vec3; 3]| triangle::Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() };
+        let solid =
+            |[a, b, c]: &[Vec3; 3]| triangle::Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() };
         let solids: Vec<_> = corners.iter().map(solid).collect();
         let tree = build_cwbvh(&solids, BvhBuildParams::medium_build(), &mut Duration::default());
         let order = || tree.primitive_indices.iter().map(|index| *index as usize);

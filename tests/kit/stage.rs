@@ -5,8 +5,8 @@ use std::sync::Arc;
 use terrane::core::{grid::Grid, mesh::Mesh};
 use terrane::gpu::{Gpu, Image, Recorder, format::R32f};
 use terrane::scene::{
-    ByHeight, Camera, Ground, Instance, Level, Light, Material, Mixture, Model, Part, Population, Scene, Sea, Sky,
-    Surface, View,
+    ByHeight, Camera, Ground, Instance, Level, Light, Material, Mixture, Model, Part, Population, Scene, Sea,
+    Sky, Surface, View,
 };
 
 /// Height of the ground, metres.
@@ -60,13 +60,8 @@ pub fn with(mut scene: Scene, things: Vec<(Mesh, Material)>) -> Scene {
         let level = Level { detail: 0.0, parts: vec![Part { material: 0, mesh }] };
         Arc::new(Model { name: "thing".into(), materials: vec![material], levels: vec![level] })
     };
-    let instance = |model| Instance {
-        model,
-        random: 0,
-        position: Vec3::ZERO,
-        rotation: Quat::IDENTITY,
-        scale: 1.0,
-    };
+    let instance =
+        |model| Instance { model, random: 0, position: Vec3::ZERO, rotation: Quat::IDENTITY, scale: 1.0 };
     scene.population = Population {
         models: things.into_iter().map(model).collect(),
         instances: (0..count).map(instance).collect(),

@@ -63,8 +63,12 @@ impl Shapes {
         if filling.bytes() > 0 {
             pools.push(filling.upload(gpu)?);
         }
-        let mut materials: Vec<_> =
-            population.models.iter().flat_map(|model| &model.materials).map(shaders::Material::from).collect();
+        let mut materials: Vec<_> = population
+            .models
+            .iter()
+            .flat_map(|model| &model.materials)
+            .map(shaders::Material::from)
+            .collect();
         if materials.is_empty() {
             // Nothing has one, but a buffer holds something.
             materials.push((&Material::default()).into());

@@ -1,16 +1,16 @@
 //! `terrane render`: a picture of a world.
 
+mod trace;
+
 use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
 use crate::app::memory::{self, Goal, Limits, check_picture};
 use crate::app::{Error, Session, interrupt, land, population};
-use crate::core::camera::Pinhole;
 use crate::formats;
 use crate::gpu::Gpu;
-use crate::raster::{Quality, Renderer};
+use crate::raster::{self, Quality};
 use crate::scene::{Film, Picture, Scene};
-use crate::trace::{Settings, Tracer};
-use crate::world::World;
+use crate::world::{Renderer, World};
 use clap::{Args, ValueHint};
 use std::path::{Path, PathBuf};
 
@@ -25,13 +25,12 @@ pub struct Arguments {
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<Size>,
 
-    /// How the picture is made: raster or trace
-    #[arg(long, value_name = "NAME", default_value = "raster", value_parser = method)]
-    renderer: Method,
+    /// How the picture is made: raster, or trace for path tracing [default: the world's]
+    #[arg(long, value_name = "NAME", value_parser = method)]
+    renderer: Option<Renderer>,
 
-    /// Samples a pixel, for trace
-    #[arg(long, value_name = "N", default_value_t = 64)]
-    spp: u32,
+    #[command(flatten)]
+    limits: trace::Limits,
 
     #[command(flatten)]
     world: WorldOptions,
@@ -39,13 +38,6 @@ pub struct Arguments {
     device: DeviceOptions,
     #[command(flatten)]
     pub output: OutputOptions,
-}
-
-/// How to render.
-#[derive(Clone, Copy)]
-enum Method {
-    Raster,
-    Trace,
 }
 
 const EXTENSIONS: [&str; 2] = ["png", "exr"];
@@ -60,6 +52,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         Some(place) => (place, format!("{}.png", world.name)),
         None => unasked(&world),
     };
+    let renderer = arguments.renderer.unwrap_or(world.renderer);
     let mut film = world.film;
     if let Some(Size { width, height }) = arguments.size {
         film = Film { width, height, ..film };
@@ -77,17 +70,21 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let pinhole = population::seen_from(&gpu, &simulation, &camera, &film)?;
     let scene = land::scene(&world, simulation.land()?, camera, population);
     drop(simulation);
-    let picture = match arguments.renderer {
-        Method::Raster => raster(&gpu, &scene, &film, session)?,
-        Method::Trace => trace(&gpu, &scene, &film, &pinhole, arguments.spp, session)?,
-    };
-
     place.make()?;
-    write(&place.file(&name), &picture, &film, session)
+    let path = place.file(&name);
+    match renderer {
+        Renderer::Raster => {
+            let picture = raster(&gpu, &scene, &film, session)?;
+            write(&path, &picture, &film, session)
+        }
+        Renderer::Trace => {
+            trace::run(&gpu, &world, &scene, &film, &pinhole, &arguments.limits, &path, session)
+        }
+    }
 }
 
 fn raster(gpu: &Gpu, scene: &Scene, film: &Film, session: &mut Session) -> Result<Picture, Error> {
-    let renderer = Renderer::new(gpu)?;
+    let renderer = raster::Renderer::new(gpu)?;
     let mut drawing = renderer.begin(scene, film, Quality::default())?;
     loop {
         let (done, of) = drawing.progress();
@@ -99,27 +96,6 @@ fn raster(gpu: &Gpu, scene: &Scene, film: &Film, session: &mut Session) -> Resul
     }
     session.progress.end();
     Ok(drawing.into_picture())
-}
-
-fn trace(
-    gpu: &Gpu,
-    scene: &Scene,
-    film: &Film,
-    camera: &Pinhole,
-    samples: u32,
-    session: &mut Session,
-) -> Result<Picture, Error> {
-    let tracer = Tracer::new(gpu)?;
-    let mut tracing = tracer.begin(scene, film, camera, Settings::default())?;
-    loop {
-        session.progress.show("tracing", tracing.sums().samples().into(), samples.into());
-        interrupt::check(&session.report)?;
-        if !tracing.step(samples)? {
-            break;
-        }
-    }
-    session.progress.end();
-    Ok(tracing.sums().picture())
 }
 
 /// Where a picture goes when nobody says it, and its name.
@@ -142,10 +118,10 @@ fn write(path: &Path, picture: &Picture, film: &Film, session: &mut Session) -> 
     Ok(())
 }
 
-fn method(name: &str) -> Result<Method, String> {
+fn method(name: &str) -> Result<Renderer, String> {
     match name {
-        "raster" => Ok(Method::Raster),
-        "trace" => Ok(Method::Trace),
+        "raster" => Ok(Renderer::Raster),
+        "trace" => Ok(Renderer::Trace),
         _ => Err("use raster or trace".into()),
     }
 }
