@@ -5,9 +5,9 @@
 //! `model` and `sea` turn them and look for light, `connect` sees whether anything hides it, `film` adds what they gathered to their pixels.
 
 mod film;
-mod ground;
+pub mod ground;
 mod sky;
-mod tree;
+pub mod tree;
 
 use crate::core::camera::Pinhole;
 use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
@@ -230,51 +230,31 @@ impl Tracing<'_> {
     /// # Errors
     /// A lost device, or no memory.
     pub fn meet(&self, rays: &[Ray]) -> gpu::Result<Vec<Option<Meeting>>> {
-        let (gpu, count) = (&self.tracer.gpu, rays.len());
-        if count == 0 {
+        if rays.is_empty() {
             return Ok(Vec::new());
         }
+        let volley = self.volley(rays)?;
+        volley.trace()?;
+        volley.meetings()
+    }
+
+    /// Brings rays, at least one, to the device.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn volley(&self, rays: &[Ray]) -> gpu::Result<Volley<'_>> {
+        let count = rays.len() as u32;
+        let paths = Paths::new(&self.tracer.gpu, rays.len(), 0)?;
         let ray = |ray: &Ray| shaders::Path {
             origin: ray.origin.to_array(),
             direction: ray.direction.to_array(),
             ..shaders::Path::default()
         };
-        let Paths { paths, hits, queues, escaped, land, models, sea, turns, .. } =
-            &Paths::new(gpu, count, 0)?;
-        let Tree { nodes, triangles, facets, placements, .. } = &self.tree;
-        let mut rec = Recorder::new(gpu);
-        rec.upload(paths, &rays.iter().map(ray).collect::<Vec<_>>());
-        rec.upload(&queues[0], &(0..count as u32).collect::<Vec<_>>());
-        rec.upload(turns, &[shaders::Turn { paths: count as u32, ..Default::default() }, Default::default()]);
-        rec.dispatch(
-            &self.tracer.extend,
-            [count as u32, 1],
-            extend::Push { turn: 0, sea_level: f32::MIN },
-            extend::Bindings {
-                nodes,
-                triangles,
-                placements,
-                facets,
-                turns,
-                queue: &queues[0],
-                paths,
-                hits,
-                escaped,
-                land,
-                models,
-                sea,
-            },
-        );
-        let (hits, placements) = (rec.download(hits), rec.download(placements));
-        let finished = rec.submit()?.wait()?;
-        let (hits, placements) = (hits.take(&finished), placements.take(&finished));
-        let meeting = |hit: &shaders::Hit| {
-            (hit.triangle != NOTHING).then(|| Meeting {
-                range: hit.range,
-                instance: placements[hit.placement as usize].object.checked_sub(1),
-            })
-        };
-        Ok(hits.iter().map(meeting).collect())
+        let mut rec = Recorder::new(&self.tracer.gpu);
+        rec.upload(&paths.paths, &rays.iter().map(ray).collect::<Vec<_>>());
+        rec.upload(&paths.queues[0], &(0..count).collect::<Vec<_>>());
+        rec.submit()?.wait()?;
+        Ok(Volley { tracing: self, paths, count })
     }
 
     /// What has been gathered so far.
@@ -406,6 +386,68 @@ impl Tracing<'_> {
             let next = wanted.clamp(f64::from(self.count) / 2.0, f64::from(self.count) * 2.0) as u32;
             self.count = next.clamp(FEWEST_PATHS, Block::MOST_PIXELS);
         }
+    }
+}
+
+/// Rays that are traced together.
+pub struct Volley<'a> {
+    tracing: &'a Tracing<'a>,
+    paths: Paths,
+    count: u32,
+}
+
+impl Volley<'_> {
+    /// Finds what every ray meets; returns the time that took, where the device can tell.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn trace(&self) -> gpu::Result<Option<Duration>> {
+        let Tracing { tracer, tree, .. } = self.tracing;
+        let Paths { paths, hits, queues, escaped, land, models, sea, turns, .. } = &self.paths;
+        let Tree { nodes, triangles, facets, placements, .. } = tree;
+        let queue = &queues[0];
+        let mut rec = Recorder::timed(&tracer.gpu, 2);
+        rec.upload(turns, &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()]);
+        rec.dispatch(
+            &tracer.extend,
+            [self.count, 1],
+            extend::Push { turn: 0, sea_level: f32::MIN },
+            extend::Bindings {
+                nodes,
+                triangles,
+                placements,
+                facets,
+                turns,
+                queue,
+                paths,
+                hits,
+                escaped,
+                land,
+                models,
+                sea,
+            },
+        );
+        let finished = rec.submit()?.wait()?;
+        Ok(finished.timings.last().map(|timing| timing.duration))
+    }
+
+    /// What the rays met when they were last traced.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn meetings(&self) -> gpu::Result<Vec<Option<Meeting>>> {
+        let mut rec = Recorder::new(&self.tracing.tracer.gpu);
+        let hits = rec.download(&self.paths.hits);
+        let placements = rec.download(&self.tracing.tree.placements);
+        let finished = rec.submit()?.wait()?;
+        let placements = placements.take(&finished);
+        let meeting = |hit: &shaders::Hit| {
+            (hit.triangle != NOTHING).then(|| Meeting {
+                range: hit.range,
+                instance: placements[hit.placement as usize].object.checked_sub(1),
+            })
+        };
+        Ok(hits.take(&finished).iter().map(meeting).collect())
     }
 }
 

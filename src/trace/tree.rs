@@ -8,7 +8,7 @@ use crate::shaders::{self, Facet, Node, Placement, Triangle};
 use glam::{Mat3A, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
-use obvhs::{BvhBuildParams, triangle};
+use obvhs::{Boundable, BvhBuildParams, triangle};
 use rayon::prelude::*;
 use std::time::Duration;
 
@@ -62,7 +62,7 @@ impl Tree {
         let all: Vec<&Grown> = std::iter::once(&land).chain(&models).collect();
         let standing = standing(&all, &population.instances);
         let boxes: Vec<Aabb> = standing.iter().map(|standing| standing.bounds).collect();
-        let top = build_cwbvh(&boxes, BvhBuildParams::medium_build(), &mut Duration::default());
+        let top = build(&boxes);
         let mut nodes = plain(&top, 0, 0);
         let mut triangles = Vec::new();
         let mut facets = Vec::new();
@@ -158,7 +158,7 @@ impl Grown {
         let solid =
             |[a, b, c]: &[Vec3; 3]| triangle::Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() };
         let solids: Vec<_> = corners.iter().map(solid).collect();
-        let tree = build_cwbvh(&solids, BvhBuildParams::medium_build(), &mut Duration::default());
+        let tree = build(&solids);
         let order = || tree.primitive_indices.iter().map(|index| *index as usize);
         let triangle = |index: usize| {
             let [a, b, c] = corners[index].map(|corner| corner.to_array());
@@ -172,6 +172,11 @@ impl Grown {
             boxes: boxes(&tree),
         }
     }
+}
+
+/// A tree over anything that has a box.
+pub fn build<T: Boundable>(things: &[T]) -> CwBvh {
+    build_cwbvh(things, BvhBuildParams::medium_build(), &mut Duration::default())
 }
 
 /// The nodes as shaders have them.
