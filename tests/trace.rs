@@ -4,6 +4,7 @@ mod kit;
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 use terrane::core::camera::Pinhole;
 use terrane::core::hash::mix;
 use terrane::core::mesh::Mesh;
@@ -18,12 +19,18 @@ use kit::stage::{ball, empty, grey, sheet, with};
 const SIDE: u32 = 8;
 const SAMPLES: u32 = 256;
 
+/// One for all tests: its programs are compiled once.
+fn tracer(gpu: &Gpu) -> &'static Tracer {
+    static SHARED: OnceLock<Tracer> = OnceLock::new();
+    SHARED.get_or_init(|| Tracer::new(gpu).expect("a tracer"))
+}
+
 /// Mean radiance that reaches `eye` from round about `target`, within a quarter of a degree, and its standard error by how
 /// much pixels differ.
 fn radiance(gpu: &Gpu, scene: &Scene, bounces: u32, eye: Vec3, target: Vec3) -> (f64, f64) {
     let film = Film { width: SIDE, height: SIDE, exposure: 1.0, tone_map: ToneMap::None };
     let camera = Pinhole::look_at(eye, target, 0.25_f32.to_radians(), 1.0);
-    let tracer = Tracer::new(gpu).expect("a tracer");
+    let tracer = tracer(gpu);
     let settings = Settings { bounces, plain: true, ..Settings::default() };
     let mut tracing = tracer.begin(scene, &film, &camera, settings).expect("begun");
     while tracing.step(SAMPLES).expect("a step") {}
@@ -215,7 +222,7 @@ fn rays_meet_what_lies_in_their_way() {
     scene.population.instances = (0..300).map(|_| instance(&mut random)).collect();
     let film = Film { width: 8, height: 8, exposure: 1.0, tone_map: ToneMap::None };
     let camera = Pinhole::look_at(Vec3::Y, Vec3::ZERO, 1.0, 1.0);
-    let tracer = Tracer::new(&gpu).expect("a tracer");
+    let tracer = tracer(&gpu);
     let tracing = tracer.begin(&scene, &film, &camera, Settings::default()).expect("begun");
     let ray = |random: &mut Random| Ray {
         origin: random.direction() * random.between(0.0, 30.0),
@@ -290,7 +297,7 @@ fn closed_meshes_do_not_leak() {
     scene.population.instances = [instance].into();
     let film = Film { width: 8, height: 8, exposure: 1.0, tone_map: ToneMap::None };
     let camera = Pinhole::look_at(Vec3::Y, Vec3::ZERO, 1.0, 1.0);
-    let tracer = Tracer::new(&gpu).expect("a tracer");
+    let tracer = tracer(&gpu);
     let tracing = tracer.begin(&scene, &film, &camera, Settings::default()).expect("begun");
     // At the corners and along the edges, where a leak would be.
     let mesh = ball(Vec3::ZERO, 1.0, 1.0, 16, true);
@@ -321,7 +328,7 @@ fn closed_meshes_do_not_leak() {
 fn traced(gpu: &Gpu, scene: &Scene, width: u32, height: u32, samples: &[u32]) -> Vec<[f32; 3]> {
     let film = Film { width, height, exposure: 1.0, tone_map: ToneMap::None };
     let camera = Pinhole::look_at(Vec3::new(0.2, -0.1, 0.1), Vec3::NEG_Y, 1.0, width as f32 / height as f32);
-    let tracer = Tracer::new(gpu).expect("a tracer");
+    let tracer = tracer(gpu);
     let settings = Settings { bounces: 3, ..Settings::default() };
     let mut tracing = tracer.begin(scene, &film, &camera, settings).expect("begun");
     for samples in samples {
@@ -339,4 +346,24 @@ fn the_same_samples_give_the_same_bits() {
     assert_eq!(once, traced(&gpu, &scene, 24, 16, &[8]));
     assert_eq!(once, traced(&gpu, &scene, 24, 16, &[1, 3, 8]));
     assert_ne!(once, traced(&gpu, &scene, 24, 16, &[9]));
+}
+
+/// The sea in a furnace: what waves mirror and what goes in and comes out again is all there is, whatever the waves. Water that takes
+/// nothing over a white bottom sends everything back.
+#[test]
+fn the_sea_in_a_furnace() {
+    let gpu = kit::gpu();
+    for roughness in [0.02, 0.15] {
+        let mut scene = sky(empty(&gpu), 1.0);
+        scene.ground.sea_level = 0.0;
+        scene.sea.level = 0.0;
+        scene.sea.roughness = roughness;
+        scene.sea.attenuation = [0.0; 3];
+        let bottom = sheet(Vec3::new(-500.0, -2.0, -500.0), 1000.0 * Vec3::Z, 1000.0 * Vec3::X);
+        scene = with(scene, vec![(bottom, grey(1.0))]);
+        for eye in [Vec3::new(0.0, 3.0, 0.5), Vec3::new(0.0, 1.0, 4.0)] {
+            let (mean, error) = radiance(&gpu, &scene, 200, eye, Vec3::ZERO);
+            assert!((mean - 1.0).abs() <= 4.0 * error + 0.01, "{roughness}, {eye}: {mean} ± {error}");
+        }
+    }
 }

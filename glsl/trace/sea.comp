@@ -19,18 +19,28 @@ struct Waves {
     float width;
 };
 
-float mirrored_by_facets(Waves waves, vec3 l) {
-    vec3 local = l * waves.axes;
-    vec3 sum = waves.v + local;
-    if (sum.z <= 0.0) return 0.0;
-    vec3 m = normalize(sum);
-    float facing = dot(waves.v, m);
-    return facing <= 0.0 ? 0.0 : fresnel_dielectric(facing, WATER_INDEX) * mirror_density(waves.width, waves.v, m);
+// How often a path is mirrored by a facet that mirrors this share of light: more often than that, for the sky is brighter
+// than the deep.
+float mirrored_share(float fresnel) {
+    const float BRIGHTER = 8.0;
+    return BRIGHTER * fresnel / (BRIGHTER * fresnel + 1.0 - fresnel);
 }
 
-// Value times cosine for light from `l` above the sea; it is its density, too.
-float mirrored_by_waves(Waves waves, vec3 l) {
-    if (l.y <= 0.0) return 0.0;
+// Value times cosine for light from `l`, and the density with which paths take it.
+vec2 mirrored_by_facets(Waves waves, vec3 l) {
+    vec3 local = l * waves.axes;
+    vec3 sum = waves.v + local;
+    if (sum.z <= 0.0) return vec2(0.0);
+    vec3 m = normalize(sum);
+    float facing = dot(waves.v, m);
+    if (facing <= 0.0) return vec2(0.0);
+    float fresnel = fresnel_dielectric(facing, WATER_INDEX);
+    return vec2(fresnel, mirrored_share(fresnel)) * mirror_density(waves.width, waves.v, m);
+}
+
+// The same of all facets together, for light from above the sea.
+vec2 mirrored_by_waves(Waves waves, vec3 l) {
+    if (l.y <= 0.0) return vec2(0.0);
     return mirrored_by_facets(waves, l) + mirrored_by_facets(waves, vec3(l.x, -l.y, l.z));
 }
 
@@ -64,19 +74,24 @@ void cross_sea(uint index, inout Path path, vec3 point, float footprint) {
     waves.width = clamp(1.414 * found.deviation, 0.002, 0.5);
 
     float sky = frame.sky == SKY_NONE ? 0.0 : 0.05 * luminance(sky_irradiance(vec3(0.0, 1.0, 0.0)));
-    float sun = luminance(frame.sun_irradiance) * mirrored_by_waves(waves, frame.sun_direction);
+    float sun = luminance(frame.sun_irradiance) * mirrored_by_waves(waves, frame.sun_direction).x;
     path.sky_share = sky + sun > 0.0 ? sky / (sky + sun) : 1.0;
     Light light = find_light(index, path, frame.sea_level);
-    float value = mirrored_by_waves(waves, light.direction);
-    look(index, path, path.origin, light, vec3(value), value);
+    vec2 value = mirrored_by_waves(waves, light.direction);
+    look(index, path, path.origin, light, vec3(value.x), value.y);
 
     vec3 facet = visible_facet(waves.width, waves.v, u.xy);
-    if (u.z < fresnel_dielectric(dot(waves.v, facet), WATER_INDEX)) {
+    float fresnel = fresnel_dielectric(dot(waves.v, facet), WATER_INDEX);
+    float share = mirrored_share(fresnel);
+    if (u.z < share) {
         path.direction = waves.axes * reflect(-waves.v, facet);
         path.direction.y = max(abs(path.direction.y), 1e-5);
-        path.density = mirrored_by_waves(waves, path.direction);
+        vec2 found = mirrored_by_waves(waves, path.direction);
+        path.density = found.y;
+        path.throughput *= found.y > 0.0 ? found.x / found.y : 0.0;
         return;
     }
+    path.throughput *= (1.0 - fresnel) / (1.0 - share);
     vec3 below = waves.axes * refract(-waves.v, facet, 1.0 / WATER_INDEX);
     below.y = min(below.y, -1e-2);
     path.direction = normalize(below);
