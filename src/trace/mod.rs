@@ -6,6 +6,7 @@
 
 mod film;
 pub mod ground;
+pub mod memory;
 mod sky;
 pub mod tree;
 

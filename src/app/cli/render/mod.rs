@@ -13,6 +13,7 @@ use crate::scene::{Film, Picture, Scene};
 use crate::world::{Renderer, World};
 use clap::{Args, ValueHint};
 use std::path::{Path, PathBuf};
+use trace::Shot;
 
 /// Render a picture of a world
 #[derive(Args)]
@@ -63,22 +64,23 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
     let planted = !world.plants.rules.is_empty();
-    memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0 }, &Limits::of(&gpu))?;
+    memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0, renderer }, &Limits::of(&gpu))?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let camera = land::camera(&gpu, &world, &simulation)?;
     let population = population::populate(&gpu, &world, &simulation, &camera, &film, session)?;
     let pinhole = population::seen_from(&gpu, &simulation, &camera, &film)?;
     let scene = land::scene(&world, simulation.land()?, camera, population);
     drop(simulation);
-    place.make()?;
     let path = place.file(&name);
     match renderer {
         Renderer::Raster => {
             let picture = raster(&gpu, &scene, &film, session)?;
+            place.make()?;
             write(&path, &picture, &film, session)
         }
         Renderer::Trace => {
-            trace::run(&gpu, &world, &scene, &film, &pinhole, &arguments.limits, &path, session)
+            let shot = Shot { world: &world, scene: &scene, film, camera: pinhole, path, place: &place };
+            trace::run(&gpu, &shot, &arguments.limits, session)
         }
     }
 }

@@ -1,14 +1,15 @@
 //! A picture by path tracing: until it has all its samples, is clean enough, has had its time, or is interrupted.
 
-use crate::app::{Error, Session, interrupt};
+use crate::app::cli::output::Place;
+use crate::app::{Error, Session, interrupt, keep};
 use crate::core::camera::Pinhole;
-use crate::formats::{self, exr::Layered};
+use crate::formats::{self, exr::Layered, file::Written};
 use crate::gpu::Gpu;
 use crate::scene::{Film, Scene};
 use crate::trace::{Sums, Tracer};
 use crate::world::World;
 use clap::Args;
-use std::path::Path;
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// When a traced picture is finished.
@@ -34,55 +35,60 @@ pub struct Limits {
 
 const MOST_SAMPLES: i64 = 1 << 24;
 
-/// What is lost at most when a run is killed.
-const INTERVAL: Duration = Duration::from_secs(30);
+/// What is traced, and where the picture goes.
+pub struct Shot<'a> {
+    pub world: &'a World,
+    pub scene: &'a Scene,
+    pub film: Film,
+    pub camera: Pinhole,
+    pub path: PathBuf,
+    pub place: &'a Place,
+}
 
-/// Traces the picture and writes it to `path`, now and then on the way, too.
-#[allow(clippy::too_many_arguments)]
-pub fn run(
-    gpu: &Gpu,
-    world: &World,
-    scene: &Scene,
-    film: &Film,
-    camera: &Pinhole,
-    limits: &Limits,
-    path: &Path,
-    session: &mut Session,
-) -> Result<(), Error> {
+/// Traces the picture and writes it, now and then on the way, too.
+pub fn run(gpu: &Gpu, shot: &Shot, limits: &Limits, session: &mut Session) -> Result<(), Error> {
     let tracer = Tracer::new(gpu)?;
-    session.progress.show("trees", 0, 1);
-    let mut tracing = tracer.begin(scene, film, camera, world.tracing)?;
-    session.progress.show("trees", 1, 1);
-    let samples = limits.spp.unwrap_or(world.samples);
+    session.progress.show("acceleration", 0, 1);
+    let mut tracing = tracer.begin(shot.scene, &shot.film, &shot.camera, shot.world.tracing)?;
+    session.progress.show("acceleration", 1, 1);
+    let samples = limits.spp.unwrap_or(shot.world.samples);
+    let interval = keep::interval();
     let begun = Instant::now();
-    let mut written = Instant::now();
-    let write =
-        |sums: &Sums, session: &mut Session| write(path, sums, world, film, gpu, limits.half, session);
+    let mut last = Instant::now();
+    let write = |sums: &Sums| shot.write(sums, gpu, limits.half);
     loop {
         tell(tracing.sums(), samples, begun, session);
+        let sums = tracing.sums();
         if interrupt::requested() {
-            write(tracing.sums(), session)?;
+            if sums.samples() > 0 {
+                let (written, _) = write(sums)?;
+                session.report.wrote(&written);
+            }
             return Err(Error::Interrupted { written: session.report.written(), kept: None });
         }
-        if finished(tracing.sums(), limits, begun) || !tracing.step(samples)? {
+        if finished(sums, limits, begun) {
             break;
         }
-        if written.elapsed() >= INTERVAL {
-            write(tracing.sums(), session)?;
-            written = Instant::now();
+        if sums.samples() > 0 && last.elapsed() >= interval {
+            write(sums)?;
+            last = Instant::now();
+        }
+        if !tracing.step(samples)? {
+            break;
         }
     }
     session.progress.end();
-    write(tracing.sums(), session)?;
     let sums = tracing.sums();
-    let noise = sums.noise().map(|noise| format!(", error about {:.1} %", 100.0 * noise)).unwrap_or_default();
-    session.progress.say(&format!(
-        "wrote {}, {} × {} pixels, {} samples a pixel{noise}",
-        path.display(),
-        film.width,
-        film.height,
-        sums.samples()
-    ));
+    let (written, clamped) = write(sums)?;
+    session.report.wrote(&written);
+    if clamped > 0 {
+        session.warn(format!("{clamped} values are too large for 16-bit floats, and were cut off"));
+    }
+    let (path, Film { width, height, .. }) = (shot.path.display(), shot.film);
+    let (samples, noise) = (sums.samples(), noise_so_far(sums));
+    session
+        .progress
+        .say(&format!("wrote {path}, {width} × {height} pixels, {samples} samples a pixel{noise}"));
     Ok(())
 }
 
@@ -90,8 +96,11 @@ fn tell(sums: &Sums, samples: u32, begun: Instant, session: &mut Session) {
     let (each, all) = sums.progress();
     let rate = all as f64 / begun.elapsed().as_secs_f64().max(1e-3);
     session.progress.show("tracing", each as u64, samples.into());
-    let noise = sums.noise().map(|noise| format!(", error about {:.1} %", 100.0 * noise)).unwrap_or_default();
-    session.progress.detail(format!("{:.2} M samples/s{noise}", rate / 1e6));
+    session.progress.detail(format!("{:.2} M samples/s{}", rate / 1e6, noise_so_far(sums)));
+}
+
+fn noise_so_far(sums: &Sums) -> String {
+    sums.noise().map(|noise| format!(", error about {:.1} %", 100.0 * noise)).unwrap_or_default()
 }
 
 /// Whether time is up, or the picture is clean enough.
@@ -103,41 +112,27 @@ fn finished(sums: &Sums, limits: &Limits, begun: Instant) -> bool {
     samples > 0 && (late || even && samples.is_power_of_two() && clean())
 }
 
-fn write(
-    path: &Path,
-    sums: &Sums,
-    world: &World,
-    film: &Film,
-    gpu: &Gpu,
-    half: bool,
-    session: &mut Session,
-) -> Result<(), Error> {
-    let size = [film.width, film.height];
-    let written = match formats::extension(path).as_str() {
-        "exr" => {
-            let picture = Layered {
-                size,
-                white_luminance: 1.0 / film.exposure,
-                comments: format!(
-                    "world {}, sha256 {}, seed {}, {} samples a pixel, traced on {}",
-                    world.name,
-                    world.sha256,
-                    world.seed,
-                    sums.samples(),
-                    gpu.info().name
-                ),
-                channels: sums.channels(),
-            };
-            let (written, clamped) = formats::exr::write_layered(path, picture, half)?;
-            if clamped > 0 {
-                session.warn(format!("{clamped} values are too large for 16-bit floats, and were cut off"));
-            }
-            written
+impl Shot<'_> {
+    /// Writes what has been gathered; returns how many values were too large for the file, too.
+    fn write(&self, sums: &Sums, gpu: &Gpu, half: bool) -> Result<(Written, u64), Error> {
+        self.place.make()?;
+        let (path, size) = (&self.path, [self.film.width, self.film.height]);
+        if formats::extension(path) != "exr" {
+            let developed = sums.picture().developed(self.film.tone_map);
+            return Ok((formats::png::write_picture(path, size, &developed)?, 0));
         }
-        _ => formats::png::write_picture(path, size, &sums.picture().developed(film.tone_map))?,
-    };
-    session.report.wrote(&written);
-    Ok(())
+        let World { name, sha256, seed, .. } = self.world;
+        let (samples, device) = (sums.samples(), &gpu.info().name);
+        let picture = Layered {
+            size,
+            white_luminance: 1.0 / self.film.exposure,
+            comments: format!(
+                "world {name}, sha256 {sha256}, seed {seed}, {samples} samples a pixel, traced on {device}"
+            ),
+            channels: sums.channels(),
+        };
+        Ok(formats::exr::write_layered(path, picture, half)?)
+    }
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
