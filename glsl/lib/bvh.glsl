@@ -61,8 +61,9 @@ uint meets(Node node, Beam ray, float reach) {
         uint far_z = ray.inverse.z < 0.0 ? node.least_z[half_] : node.greatest_z[half_];
         for (int child = 0; child < 4; ++child) {
             int shift = 8 * child;
-            vec3 enter = vec3(near_x >> shift & 0xffu, near_y >> shift & 0xffu, near_z >> shift & 0xffu) * scale + near_base;
-            vec3 leave = vec3(far_x >> shift & 0xffu, far_y >> shift & 0xffu, far_z >> shift & 0xffu) * scale + far_base;
+            // Signed numbers become floats faster.
+            vec3 enter = vec3(ivec3(uvec3(near_x, near_y, near_z) >> shift & 0xffu)) * scale + near_base;
+            vec3 leave = vec3(ivec3(uvec3(far_x, far_y, far_z) >> shift & 0xffu)) * scale + far_base;
             float first = max(max(enter.x, enter.y), max(enter.z, 0.0));
             float last = min(min(leave.x, leave.y), min(leave.z, reach));
             if (first <= last) hits |= (members >> shift & 0xffu) << (order >> shift & 0xffu);
