@@ -10,6 +10,7 @@ pub mod raster;
 pub mod scene;
 pub mod sky;
 pub mod terrain;
+pub mod trace;
 pub mod world;
 
 /// The Rust side of every shader under `glsl/`, written by build.rs.

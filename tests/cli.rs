@@ -106,6 +106,88 @@ fn a_picture_in_exr_holds_radiance_and_says_its_white() {
 }
 
 #[test]
+fn a_traced_picture_has_layers_and_the_same_bytes_again() {
+    let folder = folder();
+    let trace = |out: &str, more: &[&str]| {
+        let arguments =
+            ["render", "bare.toml", "--renderer", "trace", "--size", "32x18", "--json", "-o", out];
+        let output = terrane(folder.path(), &[&arguments, more].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        output
+    };
+    trace("one.exr", &["--spp", "2"]);
+    trace("two.exr", &["--spp", "2"]);
+    assert!(
+        fs::read(folder.path().join("one.exr")).unwrap() == fs::read(folder.path().join("two.exr")).unwrap()
+    );
+    let channels = read_exr(&folder.path().join("one.exr"));
+    let channel =
+        |name: &str| &channels.iter().find(|(it, _)| it == name).unwrap_or_else(|| panic!("{name}")).1;
+    for name in [
+        "R",
+        "G",
+        "B",
+        "A",
+        "albedo.R",
+        "normal.Y",
+        "position.X",
+        "depth.Z",
+        "object.Y",
+        "samples.Y",
+        "variance.G",
+    ] {
+        assert!(channel(name).iter().all(|value| value.is_finite()), "{name}");
+    }
+    assert!(channel("samples.Y").iter().all(|samples| *samples == 2.0));
+    // Sky above, which is no surface, and the island or the sea below, which faces up and is some way off.
+    assert_eq!(channel("depth.Z")[0], 0.0);
+    assert!(channel("depth.Z")[32 * 17 + 16] > 100.0 && channel("normal.Y")[32 * 17 + 16] > 0.3);
+
+    trace("half.exr", &["--spp", "1", "--half"]);
+    let bytes = |name: &str| fs::metadata(folder.path().join(name)).unwrap().len();
+    assert!(bytes("half.exr") < bytes("one.exr"));
+    // It ends when it is told to, whatever is left to do.
+    trace("limited.png", &["--spp", "1000000", "--time-limit", "0.1"]);
+    trace("clean.png", &["--spp", "1000000", "--noise", "10"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_trace_leaves_what_it_has() {
+    let folder = folder();
+    let arguments = [
+        "render",
+        "bare.toml",
+        "--renderer",
+        "trace",
+        "--size",
+        "32x18",
+        "--spp",
+        "1000000",
+        "-o",
+        "part.png",
+        "--json",
+    ];
+    let mut child = command(folder.path(), &arguments)
+        .env("TERRANE_CACHE_INTERVAL", "0")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().starts_with("acceleration")));
+    // The picture so far is written at intervals.
+    while !folder.path().join("part.png").exists() {
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 130);
+    assert_eq!(image::open(folder.path().join("part.png")).unwrap().width(), 32);
+    assert_eq!(json(&output)["outputs"].as_array().unwrap().len(), 1);
+}
+
+#[test]
 fn every_layer_is_a_file_with_a_sidecar() {
     let folder = folder();
     let output = terrane(folder.path(), &["export", "world.toml", "--layer", "all", "--json"]);
@@ -356,11 +438,10 @@ fn arguments_that_make_no_sense_are_refused() {
     refused(&["render"], 2, &["<WORLD>"]);
     refused(&["render", "world.toml", "--size", "64"], 2, &["1280x720"]);
     refused(&["render", "world.toml", "--size", "0x20"], 2, &["between 1 and"]);
-    refused(
-        &["render", "world.toml", "--renderer", "trace"],
-        2,
-        &["not available in this version", "raster"],
-    );
+    refused(&["render", "world.toml", "--renderer", "radiosity"], 2, &["raster or trace"]);
+    refused(&["render", "world.toml", "--renderer", "trace", "--spp", "0"], 2, &["--spp"]);
+    refused(&["render", "world.toml", "--renderer", "trace", "--noise", "0"], 2, &["above 0"]);
+    refused(&["render", "world.toml", "--renderer", "trace", "--time-limit", "nan"], 2, &["seconds"]);
     refused(&["render", "world.toml", "--memory-limit", "2 bananas"], 2, &["GiB"]);
     refused(&["render", "world.toml", "-o", "picture.jpg"], 2, &["picture.jpg", ".png or .exr"]);
     refused(&["render", "world.toml", "-o", "picture"], 2, &[".png or .exr", "ends in /"]);

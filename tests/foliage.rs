@@ -14,10 +14,10 @@ use terrane::core::memory;
 use terrane::core::mesh::Mesh;
 use terrane::gpu::{Gpu, Image, Options, Recorder, format::R32f};
 use terrane::plants::derive::Limits;
-use terrane::raster::{self, Picture, Quality, Renderer};
+use terrane::raster::{self, Quality, Renderer};
 use terrane::scene::{
-    ByHeight, Camera, Film, Ground, Instance, Level, Light, Material, Mixture, Model, Part, Population,
-    Scene, Sea, Sky, Sun, Surface, ToneMap, View,
+    ByHeight, Camera, Film, Ground, Instance, Level, Light, Material, Mixture, Model, Part, Picture,
+    Population, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
 };
 use terrane::sky::sun;
 

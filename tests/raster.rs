@@ -9,9 +9,10 @@ use terrane::core::color::filmic;
 use terrane::core::grid::Grid;
 use terrane::core::memory;
 use terrane::gpu::{DeviceKind, Gpu, Image, Options, Recorder, format::R32f};
-use terrane::raster::{self, Picture, Quality, Renderer};
+use terrane::raster::{self, Quality, Renderer};
 use terrane::scene::{
-    Air, AirLayer, Camera, Film, Ground, Light, Population, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
+    Air, AirLayer, Camera, Film, Ground, Light, Picture, Population, Scene, Sea, Sky, Sun, Surface, ToneMap,
+    View,
 };
 use terrane::sky::{air, preetham, sun};
 

@@ -11,18 +11,29 @@ float air_column(float from_height, float to_height, float path, float scale) {
     return path * (abs(fall) < 1e-3 ? 0.5 * (here + there) : (here - there) / fall);
 }
 
-// Veils `radiance` seen over the distance `path` along `view`. Whatever the air takes it replaces by its own light. On a
-// short path that is sunlight scattered once: as bright as the horizon but white, and blue only because more of the blue
-// is scattered. A long path has the horizon's colour, for it has become nothing but air.
-vec3 veil(vec3 radiance, vec3 view, float path) {
-    float from_height = frame.eye.y;
-    float to_height = frame.eye.y + view.y * path;
+// What the air does to light on its way.
+struct Veil {
+    vec3 transmittance;
+    vec3 light;          // its own, that reaches the end, cd/m²
+};
+
+// Of the air over the distance `path` from the height `from_height` along `view`. Whatever it takes it replaces by its own
+// light. On a short path that is sunlight scattered once: as bright as the horizon but white, and blue only because more of
+// the blue is scattered. A long path has the horizon's colour, for it has become nothing but air.
+Veil veil_of(float from_height, vec3 view, float path) {
+    float to_height = from_height + view.y * path;
     vec3 depth = frame.molecule_extinction * air_column(from_height, to_height, path, frame.molecule_height)
                + frame.haze_extinction * air_column(from_height, to_height, path, frame.haze_height);
     vec3 transmittance = exp(-depth);
     vec3 horizon = sky_radiance(normalize(vec3(view.x, 0.02 * length(view.xz), view.z)));
     vec3 once = vec3(dot(horizon, vec3(0.2126, 0.7152, 0.0722)));
-    return mix(mix(horizon, once, transmittance.g), radiance, transmittance);
+    return Veil(transmittance, (1.0 - transmittance) * mix(horizon, once, transmittance.g));
+}
+
+// Veils `radiance` that the eye sees over the distance `path` along `view`.
+vec3 veil(vec3 radiance, vec3 view, float path) {
+    Veil air = veil_of(frame.eye.y, view, path);
+    return radiance * air.transmittance + air.light;
 }
 
 #endif

@@ -11,6 +11,7 @@ struct Material {
     float refractive_index;  // of the thin layer of gloss
     float roughness;
     float relief;            // depth of furrows, metres
+    vec3 emission;           // radiance of its own, cd/m²
 };
 
 struct Coat {

@@ -142,7 +142,7 @@ impl<'a> Keeper<'a> {
 }
 
 /// Tests can't wait for half a minute: `TERRANE_CACHE_INTERVAL` is in seconds.
-fn interval() -> Duration {
+pub fn interval() -> Duration {
     let seconds = env::var("TERRANE_CACHE_INTERVAL").ok().and_then(|seconds| seconds.parse().ok());
     seconds.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok()).unwrap_or(INTERVAL)
 }

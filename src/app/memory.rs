@@ -7,6 +7,8 @@ use crate::gpu::{self, DeviceKind, Gpu};
 use crate::raster::{self, Quality};
 use crate::scene::Film;
 use crate::terrain::Plan;
+use crate::trace;
+use crate::world::Renderer;
 use std::fmt::{self, Display, Formatter};
 
 /// What a run makes of the land.
@@ -18,6 +20,7 @@ pub enum Goal {
         planted: bool,
         /// Memory of their models, as far as it is known: it shows when they have grown, bytes.
         models: u64,
+        renderer: Renderer,
     },
     Layers(Layers),
 }
@@ -89,7 +92,15 @@ impl Needs {
         // The widest image on its way: controls to the device, what is kept for later runs from it.
         let mut host = vec![Memory { name: "copies", bytes: 16 * samples }];
         match goal {
-            Goal::Picture { film, planted, models } => {
+            Goal::Picture { film, planted, models, renderer: Renderer::Trace } => {
+                picture.push(plan.land_memory());
+                picture.extend(trace::memory::picture(plan.grid, film));
+                if *planted && *models > 0 {
+                    picture.push(Memory { name: "models", bytes: *models });
+                }
+                host.extend(trace::memory::host(plan.grid, film));
+            }
+            Goal::Picture { film, planted, models, renderer: Renderer::Raster } => {
                 picture.push(plan.land_memory());
                 picture.extend(raster::memory::picture(plan.grid, film, Quality::default()));
                 if *planted {
@@ -241,7 +252,7 @@ mod tests {
 
     fn picture(_: &Plan) -> Goal {
         let film = Film { width: 1280, height: 720, exposure: 1.0, tone_map: ToneMap::None };
-        Goal::Picture { film, planted: false, models: 0 }
+        Goal::Picture { film, planted: false, models: 0, renderer: Renderer::Raster }
     }
 
     fn refusal(plan: &Plan, limits: Limits) -> Option<String> {

@@ -118,15 +118,10 @@ fn download(gpu: &Gpu, image: &Image<R32f>) -> gpu::Result<Vec<f32>> {
 }
 
 /// The world's camera, as the world's own picture has it.
-pub fn seen_from(
-    gpu: &Gpu,
-    world: &World,
-    simulation: &Simulation,
-    camera: &Camera,
-) -> Result<Pinhole, Error> {
+pub fn seen_from(gpu: &Gpu, simulation: &Simulation, camera: &Camera, film: &Film) -> Result<Pinhole, Error> {
     let heights = download(gpu, &simulation.layer(Layer::Height)?)?;
     let ground = Ground::new(simulation.plan().grid, simulation.sea_level(), heights);
-    Ok(pinhole(camera, &world.film, &ground))
+    Ok(pinhole(camera, film, &ground))
 }
 
 /// The camera of a picture of this size.

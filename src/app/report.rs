@@ -1,7 +1,7 @@
 //! What `--json` prints: one object about the run, whether it went well or not.
 
 use super::{Error, cli::output};
-use crate::bench::{Bench, Forest};
+use crate::bench::{Bench, Forest, Rays};
 use crate::formats::file::Written;
 use serde::Serialize;
 use std::fmt::Display;
@@ -49,6 +49,8 @@ pub enum Details {
     Bench(Bench),
     #[serde(untagged)]
     Forest(Forest),
+    #[serde(untagged)]
+    Rays(Rays),
 }
 
 #[derive(Serialize)]

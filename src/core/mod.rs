@@ -7,6 +7,7 @@ pub mod hash;
 pub mod map;
 pub mod memory;
 pub mod mesh;
+pub mod octahedron;
 pub mod resample;
 pub mod text;
 pub mod triangulation;

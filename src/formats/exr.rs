@@ -6,7 +6,7 @@ use exr::block::reader::ChunksReader;
 use exr::block::{self, UncompressedBlock};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, SpecificChannels};
 use exr::math::Vec2;
-use exr::meta::attribute::{Chromaticities, LineOrder, SampleType};
+use exr::meta::attribute::{Chromaticities, LineOrder, SampleType, Text};
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use exr::prelude::{Blocks, Compression, WritableImage, f16};
 use std::io::{self, BufReader};
@@ -35,6 +35,54 @@ pub fn write_picture(
     let mut image = Image::from_layer(Layer::new(extent(size), attributes, lossless(), channels));
     image.attributes.chromaticities = Some(REC_709);
     file::write(path, |writer| image.write().to_buffered(writer).map_err(plain))
+}
+
+/// A picture with layers of what it shows, scene-linear.
+pub struct Layered {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// What the value 1 of R, G and B stands for, cd/m².
+    pub white_luminance: f32,
+    /// What it is a picture of and how it was made: no times, no names of machines.
+    pub comments: String,
+    /// Names as `albedo.R`, and values row by row from the top.
+    pub channels: Vec<(String, Vec<f32>)>,
+}
+
+/// Writes a picture with layers, in 32-bit floats, or in 16-bit ones if `half`: then the second number is how many values
+/// were too large, and are as large as they can be.
+///
+/// # Errors
+/// Those of [`file::write()`].
+pub fn write_layered(path: &Path, picture: Layered, half: bool) -> Result<(Written, u64), Error> {
+    let Layered { size, white_luminance, comments, channels } = picture;
+    let mut clamped = 0;
+    let channels = channels.into_iter().map(|(name, values)| {
+        let samples =
+            if half { FlatSamples::F16(halved(&values, &mut clamped)) } else { FlatSamples::F32(values) };
+        AnyChannel::new(name.as_str(), samples)
+    });
+    let channels = AnyChannels::sort(channels.collect());
+    let attributes = LayerAttributes {
+        white_luminance: Some(white_luminance),
+        software_name: Text::new_or_none(concat!("terrane ", env!("CARGO_PKG_VERSION"))),
+        // The order of attributes that the format does not know is not kept, so that all of ours are one.
+        comments: Text::new_or_none(&comments),
+        ..LayerAttributes::default()
+    };
+    let mut image = Image::from_layer(Layer::new(extent(size), attributes, lossless(), channels));
+    image.attributes.chromaticities = Some(REC_709);
+    let written = file::write(path, |writer| image.write().to_buffered(writer).map_err(plain))?;
+    Ok((written, clamped))
+}
+
+fn halved(values: &[f32], clamped: &mut u64) -> Vec<f16> {
+    let half = |value: &f32| {
+        let most = f16::MAX.to_f32();
+        *clamped += u64::from(value.abs() > most);
+        f16::from_f32(value.clamp(-most, most))
+    };
+    values.iter().map(half).collect()
 }
 
 /// Writes rasters of `size` = [width, height] values, first row first, as channels of the given names.

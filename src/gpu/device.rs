@@ -348,6 +348,7 @@ impl Instance {
         [
             (tessellation, "tessellation shaders"),
             (extended_formats, "storage images of extended formats"),
+            (features.features.shader_int64, "64-bit integers in shaders"),
             (v12.scalar_block_layout, "scalar block layout"),
             (v13.dynamic_rendering, "dynamic rendering"),
             (v13.synchronization2, "synchronization2"),
@@ -424,6 +425,7 @@ fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> 
         // Every device has it. An index beyond a buffer's end then reads zero, or what else the buffer holds.
         .robust_buffer_access(true)
         .tessellation_shader(true)
+        .shader_int64(true)
         .shader_storage_image_extended_formats(true);
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()

@@ -1,6 +1,6 @@
 //! What reaches each place on the ground: the sun, the sky, the waves of the open sea.
 
-use super::frame::Prepared;
+use super::patches::Prepared;
 use crate::core::grid::Grid;
 use crate::gpu::{
     self, Compute, Gpu, Image, Recorder,

@@ -1,6 +1,6 @@
 //! The ground as maps for other programs.
 
-use super::{Exposure, frame::Prepared};
+use super::{Exposure, patches::Prepared};
 use crate::gpu::{
     self, Compute, Gpu, Image, Recorder,
     format::{R32f, Rgba8, Rgba32f},

@@ -7,12 +7,9 @@
 //!    `foliage` and `shade` give every sample its radiance, and `resolve` makes pixels of samples.
 
 mod exposure;
-mod frame;
-mod light;
 mod maps;
 pub mod memory;
 mod patches;
-mod picture;
 mod population;
 mod tile;
 
@@ -21,14 +18,13 @@ use crate::gpu::{
     Topology,
     format::{D32f, Format, R32f, Rgba32f},
 };
-use crate::scene::{Film, Scene};
+use crate::scene::{Film, Picture, Scene};
 use crate::shaders::raster::{foliage, resolve, shade, terrain};
 
 pub use exposure::Exposure;
 pub use maps::Maps;
-pub use picture::Picture;
 
-use frame::Prepared;
+use patches::Prepared;
 use population::{Crowd, cast::Casts};
 use tile::Tile;
 

@@ -2,15 +2,22 @@
 
 use glam::Vec3;
 
-use super::{
-    Quality,
-    frame::{self, Prepared},
-};
+use super::Quality;
 use crate::core::camera::{Pinhole, direction};
 use crate::core::grid::Grid;
 use crate::gpu::{self, Buffer, Compute, Gpu, Recorder};
-use crate::scene::{Film, Scene, View};
-use crate::shaders::{Patch, raster::patches};
+use crate::scene::{self, Film, Scene, View};
+use crate::shaders::{Frame, Patch, raster::patches};
+
+/// What a picture's passes share.
+pub(super) struct Prepared {
+    pub camera: Pinhole,
+    /// Radians between neighbouring samples at the picture's centre.
+    pub sample_angle: f32,
+    pub frame: Buffer<Frame>,
+    pub patches: Buffer<Patch>,
+    pub patches_per_side: u32,
+}
 
 pub(super) struct Pass(Compute<patches::Shader>);
 
@@ -37,7 +44,8 @@ impl Pass {
 
         let camera = camera(scene, film, &bounds, side);
         let top = bounds.iter().map(|patch| patch.greatest).fold(f32::NEG_INFINITY, f32::max);
-        let values = frame::values(scene, film, quality, &camera, side, top);
+        let values = scene::frame(scene, film, quality.samples, &camera);
+        let values = Frame { patches: side as i32, top, ..values };
         let sample_angle = values.sample_angle;
         let frame = Buffer::new(gpu, "frame", 1)?;
         let mut rec = Recorder::new(gpu);

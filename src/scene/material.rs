@@ -1,5 +1,7 @@
 //! What surfaces do to light: one description for every renderer.
 
+use crate::shaders;
+
 /// A surface that scatters light diffusely from both sides, and lets some through if it is thin.
 ///
 /// Its colour at the world position `p` is `mix(reflectance[0], reflectance[1], clamp(noise(p · position_factor) ·
@@ -20,6 +22,8 @@ pub struct Material {
     pub roughness: f32,
     /// Depth of furrows, as in bark, metres; they are some eight times as far apart, and run upwards.
     pub relief: f32,
+    /// Radiance of its own, linear Rec.709, cd/m².
+    pub emission: [f32; 3],
 }
 
 impl Default for Material {
@@ -33,6 +37,7 @@ impl Default for Material {
             refractive_index: 1.0,
             roughness: 1.0,
             relief: 0.0,
+            emission: [0.0; 3],
         }
     }
 }
@@ -43,5 +48,23 @@ impl Material {
         let share = (0.5 * self.value_factor).clamp(0.0, 1.0);
         let [from, to] = self.reflectance;
         std::array::from_fn(|channel| from[channel] + (to[channel] - from[channel]) * share)
+    }
+}
+
+impl From<&Material> for shaders::Material {
+    fn from(material: &Material) -> Self {
+        shaders::Material {
+            reflectance: shaders::Tint {
+                from: material.reflectance[0],
+                to: material.reflectance[1],
+                position_factor: material.position_factor,
+                value_factor: material.value_factor,
+            },
+            transmittance: material.transmittance,
+            refractive_index: material.refractive_index,
+            roughness: material.roughness,
+            relief: material.relief,
+            emission: material.emission,
+        }
     }
 }

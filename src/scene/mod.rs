@@ -1,8 +1,11 @@
 //! What makers hand to renderers: plain values in metres, radians and cd/m².
 
+pub mod dome;
+mod frame;
 mod material;
 mod model;
 mod perez;
+mod picture;
 mod stand;
 
 use glam::Vec3;
@@ -10,9 +13,11 @@ use glam::Vec3;
 use crate::core::grid::Grid;
 use crate::gpu::{Image, format::R32f};
 
+pub use frame::frame;
 pub use material::Material;
 pub use model::{Instance, Level, Model, Part, Population};
 pub use perez::Perez;
+pub use picture::Picture;
 pub use stand::{Place, Stand, Viewpoint};
 
 /// All that a renderer needs to know of a world.

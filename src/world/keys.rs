@@ -658,6 +658,10 @@ section! {
         ]),
         /// Vertical field of view.
         fov: f32 = number(38.0, DEGREES, 1.0..=170.0),
+        /// Diameter of the lens: what is not at `focus` is blurred, when the picture is traced. 0 is a pinhole.
+        aperture: f32 = number(0.0, M, 0.0..=10.0),
+        /// Distance of what is sharp.
+        focus: f32 = number(10.0, M, 1e-3..=1e6),
     }
 }
 
@@ -727,5 +731,24 @@ section! {
         ]),
         /// Aerial perspective: air that veils what is far (Preetham, Shirley & Smits 1999, section 3.2).
         aerial: bool = switch(true),
+        /// How the picture is made, unless the command line says so.
+        renderer: Renderer = choice([
+            ("raster", "by rasterisation: quick, light from other surfaces is estimated", Renderer::Raster),
+            ("trace", "by path tracing: light as it goes, and the longer the cleaner", Renderer::Trace),
+        ]),
+        /// Samples a pixel, when it is traced.
+        spp: u32 = whole(64, 1..=1 << 24),
+        /// Most scatterings that light takes on its way to the eye, when it is traced. With 0 only lights are seen.
+        bounces: u32 = whole(8, 0..=256),
+        /// Materials have the mean of their colours and nothing else, neither noise nor relief nor gloss, when the picture is
+        /// traced: for comparisons with other renderers.
+        constant_materials: bool = switch(false),
     }
+}
+
+/// How pictures are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Renderer {
+    Raster,
+    Trace,
 }

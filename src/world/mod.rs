@@ -21,14 +21,16 @@ pub mod species;
 pub mod thesis;
 
 pub use json_schema::{json_schema, json_schema_of_species};
+pub use keys::Renderer;
 pub use place::KeyPath;
 pub use reference::{reference, reference_of_species};
 
-use crate::core::hash::hexadecimal;
+use crate::core::hash::{derive_seed, hexadecimal};
 use crate::formats;
 use crate::plants::{self, derive::Limits};
 use crate::scene::{self, Model};
 use crate::terrain;
+use crate::trace;
 use fault::{Cause, Complaint, Fault, Origins, Sources, report_text};
 use place::Place;
 use schema::Section;
@@ -60,6 +62,12 @@ pub struct World {
     /// Vertical field of view, radians.
     pub fov: f32,
     pub film: scene::Film,
+    /// How the picture is made unless the command line says so.
+    pub renderer: Renderer,
+    /// Samples a pixel, where it is traced.
+    pub samples: u32,
+    /// How it is traced.
+    pub tracing: trace::Settings,
     /// Where the picture goes unless the command line says so, if the world says it.
     pub photo: Option<PathBuf>,
     /// What is allowed and hardly meant, one sentence each.
@@ -196,7 +204,7 @@ fn parse_made(
     }
     let (species, places) = species.into_iter().unzip();
     warnings.extend(sources.sentences(&remarks));
-    let keys::World { format: (), seed, sea, surface, camera, .. } = written;
+    let keys::World { format: (), seed, sea, surface, camera, render, .. } = written;
     Ok(World {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path,
@@ -211,6 +219,15 @@ fn parse_made(
         viewpoint,
         fov: camera.fov,
         film,
+        renderer: render.renderer,
+        samples: render.spp,
+        tracing: trace::Settings {
+            seed: derive_seed(seed, "render"),
+            bounces: render.bounces,
+            aperture: camera.aperture / 2.0,
+            focus: camera.focus,
+            plain: render.constant_materials,
+        },
         photo: None,
         warnings,
         document,

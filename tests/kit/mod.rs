@@ -8,6 +8,7 @@ pub mod forest;
 pub mod island;
 pub mod land;
 pub mod picture;
+pub mod stage;
 pub mod tiff;
 
 use std::{

@@ -37,6 +37,8 @@ enum Subject {
     Terrain,
     /// A million plants of ten species
     Forest,
+    /// Rays through a million triangles
+    Trace,
 }
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
@@ -45,6 +47,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     match arguments.subject {
         Subject::Terrain => terrain(&gpu, arguments, session),
         Subject::Forest => forest(&gpu, arguments, session),
+        Subject::Trace => trace(&gpu, arguments, session),
     }
 }
 
@@ -71,6 +74,17 @@ fn forest(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<(),
         print(forest.to_string().as_bytes())?;
     }
     session.report.details = Some(Details::Forest(forest));
+    Ok(())
+}
+
+fn trace(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let rays = bench::rays(gpu, interrupt::requested, |row| {
+        session.progress.say(&format!("{}: {:.2} million rays a second", row.name, row.mrays));
+    })?;
+    if !arguments.output.json {
+        print(rays.to_string().as_bytes())?;
+    }
+    session.report.details = Some(Details::Rays(rays));
     Ok(())
 }
 

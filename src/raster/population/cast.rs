@@ -9,7 +9,7 @@ use crate::gpu::{
     self, Blend, Buffer, Cull, Depth, Gpu, Image, Load, Raster, RasterState, Recorder, Targets, Topology,
     format::{D32f, Format, R32f},
 };
-use crate::raster::frame::Prepared;
+use crate::raster::patches::Prepared;
 use crate::scene::{Population, Scene};
 use crate::shaders::{self, raster::cast};
 use glam::{DVec2, DVec3, Vec3};

@@ -12,7 +12,7 @@ pub(super) mod shapes;
 mod view;
 
 use super::Tile;
-use super::frame::Prepared;
+use super::patches::Prepared;
 use crate::gpu::{
     self, Blend, Buffer, Cull, Depth, Gpu, Image, Load, Raster, RasterState, Recorder, Targets, Topology,
     format::{D32f, Format, R32f, Rgba32f, Rgba32ui},

@@ -2,10 +2,11 @@
 
 use super::occlusion::Occlusion;
 use crate::core::mesh::Mesh;
+use crate::core::octahedron::packed_direction;
 use crate::gpu::{self, Buffer, Gpu, Recorder};
 use crate::scene::{Level, Material, Model, Part, Population};
 use crate::shaders::{self, Vertex};
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -62,11 +63,15 @@ impl Shapes {
         if filling.bytes() > 0 {
             pools.push(filling.upload(gpu)?);
         }
-        let mut materials: Vec<_> =
-            population.models.iter().flat_map(|model| &model.materials).map(material).collect();
+        let mut materials: Vec<_> = population
+            .models
+            .iter()
+            .flat_map(|model| &model.materials)
+            .map(shaders::Material::from)
+            .collect();
         if materials.is_empty() {
             // Nothing has one, but a buffer holds something.
-            materials.push(material(&Material::default()));
+            materials.push((&Material::default()).into());
         }
         Ok(Shapes { pools, places, materials: upload(gpu, "materials", &materials)? })
     }
@@ -148,36 +153,8 @@ impl Filling {
     }
 }
 
-fn material(material: &Material) -> shaders::Material {
-    shaders::Material {
-        reflectance: shaders::Tint {
-            from: material.reflectance[0],
-            to: material.reflectance[1],
-            position_factor: material.position_factor,
-            value_factor: material.value_factor,
-        },
-        transmittance: material.transmittance,
-        refractive_index: material.refractive_index,
-        roughness: material.roughness,
-        relief: material.relief,
-    }
-}
-
 /// The twin of `packUnorm2x16`.
 fn packed_shares(shares: [f32; 2]) -> u32 {
     let [low, high] = shares.map(|share| (share.clamp(0.0, 1.0) * 65535.0).round() as u32);
     high << 16 | low
-}
-
-/// The twin of `pack_direction` in `glsl/lib/octahedron.glsl`.
-fn packed_direction(direction: Vec3) -> u32 {
-    let side = |value: f32| if value >= 0.0 { 1.0 } else { -1.0 };
-    let Vec3 { x, y, z } = direction / direction.abs().element_sum().max(f32::MIN_POSITIVE);
-    let at = if y >= 0.0 {
-        Vec2::new(x, z)
-    } else {
-        Vec2::new((1.0 - z.abs()) * side(x), (1.0 - x.abs()) * side(z))
-    };
-    let [low, high] = at.to_array().map(|value| (value.clamp(-1.0, 1.0) * 32767.0).round() as i16 as u16);
-    u32::from(high) << 16 | u32::from(low)
 }

@@ -70,6 +70,7 @@ impl Check<'_> {
                 refractive_index: material.refractive_index,
                 roughness: material.roughness,
                 relief: material.relief,
+                emission: [0.0; 3],
             });
         }
         if materials.is_empty() {

@@ -76,7 +76,8 @@ pub fn write(
         }
     };
     let shown = file.what == What::Scene;
-    let camera = if shown { Some(population::seen_from(gpu, world, simulation, &camera)?) } else { None };
+    let camera =
+        if shown { Some(population::seen_from(gpu, simulation, &camera, &world.film)?) } else { None };
     interrupt::check(&session.report)?;
     let contents = Contents {
         population: &population,

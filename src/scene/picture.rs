@@ -1,7 +1,7 @@
 //! A finished picture.
 
+use super::ToneMap;
 use crate::core::color::{filmic, srgb8_from_linear};
-use crate::scene::ToneMap;
 use rayon::prelude::*;
 
 /// Scene radiance times exposure, linear Rec.709, row by row from the top.
@@ -32,7 +32,7 @@ impl Picture {
     }
 
     /// Copies a tile, `width` pixels wide, to where its upper left corner belongs.
-    pub(super) fn place(&mut self, [left, top]: [u32; 2], width: u32, tile: &[[f32; 4]]) {
+    pub fn place(&mut self, [left, top]: [u32; 2], width: u32, tile: &[[f32; 4]]) {
         for (row, texels) in tile.chunks(width as usize).enumerate() {
             let start = (top as usize + row) * self.width as usize + left as usize;
             for (pixel, [r, g, b, _]) in self.pixels[start..].iter_mut().zip(texels) {

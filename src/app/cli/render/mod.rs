@@ -1,15 +1,19 @@
 //! `terrane render`: a picture of a world.
 
+mod trace;
+
 use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
 use crate::app::memory::{self, Goal, Limits, check_picture};
 use crate::app::{Error, Session, interrupt, land, population};
 use crate::formats;
-use crate::raster::{Picture, Quality, Renderer};
-use crate::scene::Film;
-use crate::world::World;
+use crate::gpu::Gpu;
+use crate::raster::{self, Quality};
+use crate::scene::{Film, Picture, Scene};
+use crate::world::{Renderer, World};
 use clap::{Args, ValueHint};
 use std::path::{Path, PathBuf};
+use trace::Shot;
 
 /// Render a picture of a world
 #[derive(Args)]
@@ -22,9 +26,12 @@ pub struct Arguments {
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<Size>,
 
-    /// How the picture is made: raster
-    #[arg(long, value_name = "NAME", default_value = "raster", value_parser = method)]
-    renderer: Method,
+    /// How the picture is made: raster, or trace for path tracing [default: the world's]
+    #[arg(long, value_name = "NAME", value_parser = method)]
+    renderer: Option<Renderer>,
+
+    #[command(flatten)]
+    limits: trace::Limits,
 
     #[command(flatten)]
     world: WorldOptions,
@@ -34,16 +41,9 @@ pub struct Arguments {
     pub output: OutputOptions,
 }
 
-/// How to render.
-#[derive(Clone, Copy)]
-enum Method {
-    Raster,
-}
-
 const EXTENSIONS: [&str; 2] = ["png", "exr"];
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
-    let Method::Raster = arguments.renderer;
     let place = arguments.out.as_deref().map(Place::of);
     if let Some(Place::File(path)) = &place {
         check_extension(path, &EXTENSIONS)?;
@@ -53,6 +53,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         Some(place) => (place, format!("{}.png", world.name)),
         None => unasked(&world),
     };
+    let renderer = arguments.renderer.unwrap_or(world.renderer);
     let mut film = world.film;
     if let Some(Size { width, height }) = arguments.size {
         film = Film { width, height, ..film };
@@ -63,14 +64,30 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
     let planted = !world.plants.rules.is_empty();
-    memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0 }, &Limits::of(&gpu))?;
-    let renderer = Renderer::new(&gpu)?;
+    memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0, renderer }, &Limits::of(&gpu))?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let camera = land::camera(&gpu, &world, &simulation)?;
     let population = population::populate(&gpu, &world, &simulation, &camera, &film, session)?;
+    let pinhole = population::seen_from(&gpu, &simulation, &camera, &film)?;
     let scene = land::scene(&world, simulation.land()?, camera, population);
     drop(simulation);
-    let mut drawing = renderer.begin(&scene, &film, Quality::default())?;
+    let path = place.file(&name);
+    match renderer {
+        Renderer::Raster => {
+            let picture = raster(&gpu, &scene, &film, session)?;
+            place.make()?;
+            write(&path, &picture, &film, session)
+        }
+        Renderer::Trace => {
+            let shot = Shot { world: &world, scene: &scene, film, camera: pinhole, path, place: &place };
+            trace::run(&gpu, &shot, &arguments.limits, session)
+        }
+    }
+}
+
+fn raster(gpu: &Gpu, scene: &Scene, film: &Film, session: &mut Session) -> Result<Picture, Error> {
+    let renderer = raster::Renderer::new(gpu)?;
+    let mut drawing = renderer.begin(scene, film, Quality::default())?;
     loop {
         let (done, of) = drawing.progress();
         session.progress.show("picture", done as u64, of as u64);
@@ -80,10 +97,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         }
     }
     session.progress.end();
-    let picture = drawing.into_picture();
-
-    place.make()?;
-    write(&place.file(&name), &picture, &film, session)
+    Ok(drawing.into_picture())
 }
 
 /// Where a picture goes when nobody says it, and its name.
@@ -106,10 +120,10 @@ fn write(path: &Path, picture: &Picture, film: &Film, session: &mut Session) -> 
     Ok(())
 }
 
-fn method(name: &str) -> Result<Method, String> {
+fn method(name: &str) -> Result<Renderer, String> {
     match name {
-        "raster" => Ok(Method::Raster),
-        "trace" => Err("the path tracer is not available in this version; use raster".into()),
-        _ => Err("use raster".into()),
+        "raster" => Ok(Renderer::Raster),
+        "trace" => Ok(Renderer::Trace),
+        _ => Err("use raster or trace".into()),
     }
 }

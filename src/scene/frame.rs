@@ -1,20 +1,9 @@
 //! The uniform block that every pass of a picture reads.
 
-use super::{Quality, light::sky_irradiance};
+use super::dome::sky_irradiance;
+use super::{ByHeight, Film, Mixture, Perez, Scene, Sky, Snow, Surface};
 use crate::core::camera::Pinhole;
-use crate::gpu::Buffer;
-use crate::scene::{ByHeight, Film, Mixture, Perez, Scene, Sky, Snow, Surface};
-use crate::shaders::{self, Frame, Patch};
-
-/// What a picture's passes share.
-pub(super) struct Prepared {
-    pub camera: Pinhole,
-    /// Radians between neighbouring samples at the picture's centre.
-    pub sample_angle: f32,
-    pub frame: Buffer<Frame>,
-    pub patches: Buffer<Patch>,
-    pub patches_per_side: u32,
-}
+use crate::shaders::{self, Frame};
 
 /// Nearest distance that is drawn, metres.
 const NEAR: f32 = 0.5;
@@ -22,16 +11,11 @@ const NEAR: f32 = 0.5;
 /// Radius of the smallest disc, radians: a sun without one would be infinitely bright.
 const LEAST_SUN_RADIUS: f32 = 1e-4;
 
-pub(super) fn values(
-    scene: &Scene,
-    film: &Film,
-    quality: Quality,
-    camera: &Pinhole,
-    patches: u32,
-    top: f32,
-) -> Frame {
+/// What a picture of `scene` through `camera` begins with, `side` × `side` samples a pixel. `patches` and `top`, of which not every
+/// renderer makes use, are left 0.
+pub fn frame(scene: &Scene, film: &Film, side: u32, camera: &Pinhole) -> Frame {
     let Scene { ground, light, sea, surface, .. } = scene;
-    let samples = [film.width * quality.samples, film.height * quality.samples].map(|side| side as f32);
+    let samples = [film.width * side, film.height * side].map(|side| side as f32);
     let frame = Frame {
         eye: camera.eye.to_array(),
         right: camera.right.to_array(),
@@ -44,9 +28,7 @@ pub(super) fn values(
         extent: ground.grid.extent,
         cell_size: ground.grid.cell_size(),
         cells: ground.grid.cells as i32,
-        patches: patches as i32,
         sea_level: ground.sea_level,
-        top,
         sky_irradiance: sky_irradiance(&light.sky),
         attenuation: sea.attenuation,
         deep_colour: sea.deep_colour,

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use std::f64::consts::PI;
 
-use crate::scene::Sky;
+use super::Sky;
 
 /// Coefficients of the irradiance (lux, linear Rec.709) that a plane receives from the sky, as a quadratic in its
 /// normal: 1, z, y, x, xz, zy, 3y² − 1, xy, x² − z². The sky's radiance is projected onto spherical harmonics and
@@ -38,7 +38,8 @@ pub fn sky_irradiance(sky: &Sky) -> [[f32; 3]; 9] {
 const ROWS: usize = 256;
 const COLUMNS: usize = 256;
 
-fn radiance(sky: &Sky, view: DVec3) -> [f64; 3] {
+/// Linear Rec.709 radiance from the unit vector `view`, cd/m².
+pub fn radiance(sky: &Sky, view: DVec3) -> [f64; 3] {
     match sky {
         Sky::None => [0.0; 3],
         Sky::Constant { radiance } => radiance.map(f64::from),

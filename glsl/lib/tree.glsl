@@ -1,0 +1,52 @@
+// What rays are traced through.
+#ifndef TREE_GLSL
+#define TREE_GLSL
+
+// Eight children in boxes of a common scale. Laid out by the crate `obvhs`.
+struct Node {
+    vec3 origin;         // least corner of all boxes
+    uint exponents;      // of the scale, three bytes; the fourth says which children are nodes
+    uint first_child;
+    uint first_leaf;     // of the triangles, or of the placements
+    uvec2 meta;          // a byte a child: how many leaves and where, or 001 and its place plus 24
+    uvec2 least_x;       // a byte a child
+    uvec2 greatest_x;
+    uvec2 least_y;
+    uvec2 greatest_y;
+    uvec2 least_z;
+    uvec2 greatest_z;
+};
+
+struct Triangle {
+    vec3 a;
+    vec3 b;
+    vec3 c;
+};
+
+// What shading needs to know of a triangle.
+struct Facet {
+    uint normals[3];     // of its corners: octahedral, two signed normalised 16-bit numbers
+    uint material;       // index into all materials; GROUND for the land
+};
+
+const uint GROUND = 0xffffffffu;
+
+// A model where it stands.
+struct Placement {
+    vec3 position;       // of the model's origin
+    float scale;
+    vec4 rotation;       // unit quaternion
+    uint random;
+    uint root;           // node of the model's tree
+    uint object;         // 1 + index of the instance; 0 for the land
+};
+
+vec4 conjugate(vec4 rotation) {
+    return vec4(-rotation.xyz, rotation.w);
+}
+
+vec3 rotate(vec4 rotation, vec3 v) {
+    return v + 2.0 * cross(rotation.xyz, cross(rotation.xyz, v) + rotation.w * v);
+}
+
+#endif

@@ -1,0 +1,32 @@
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+// Paths that meet nothing more: they take the light of the sky and the sun.
+
+#include "lib/frame.glsl"
+#include "lib/turn.glsl"
+
+layout(local_size_x = 64) in;
+
+// Whatever the path sees beyond all surfaces. A light that the last place looked for counts by how much better the path finds
+// it (Veach & Guibas 1995, the balance heuristic).
+vec3 beyond(Path path) {
+    vec3 direction = path.direction;
+    bool looked = path.density > 0.0;
+    vec3 light = sky_radiance(direction);
+    if (looked) light *= path.density / (path.density + path.sky_share * dome_density(direction));
+    if (has_sun() && in_sun(direction)) {
+        float share = looked ? path.density / (path.density + (1.0 - path.sky_share) / sun_solid_angle()) : 1.0;
+        light += share * frame.sun_irradiance / sun_solid_angle();
+    }
+    return light;
+}
+
+void main() {
+    uint slot = gl_GlobalInvocationID.x;
+    if (slot >= turns[push.work.turn].escaped) return;
+    uint index = queue[slot];
+    Path path = paths[index];
+    if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0u);
+    paths[index].radiance = path.radiance + path.throughput * beyond(path);
+}

@@ -1,0 +1,42 @@
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#extension GL_GOOGLE_include_directive : require
+// Adds finished paths to their pixels. Each sample is rounded to a whole number of steps, so that sums are exact and come out
+// the same in any order, cut and merge.
+
+#include "lib/path.glsl"
+#include "lib/film.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(binding = 0, scalar) readonly buffer Paths { Path paths[]; };
+layout(binding = 1, scalar) readonly buffer Features { Feature features[]; };
+layout(binding = 2, scalar) buffer Film { Pixel film[]; };
+
+layout(push_constant, scalar) uniform Push {
+    uint index;         // of the sample
+    int first;          // of the pixels that are at work
+    int count;
+    float exposure;
+} push;
+
+void main() {
+    int slot = int(gl_GlobalInvocationID.x);
+    if (slot >= push.count) return;
+    Pixel pixel = film[push.first + slot];
+    vec3 radiance = push.exposure * paths[slot].radiance;
+    Feature feature = features[slot];
+    for (int channel = 0; channel < 3; ++channel) {
+        int64_t light = rounded(radiance[channel]);
+        pixel.radiance[channel] += light;
+        if ((push.index & 1u) == 1u) pixel.odd[channel] += light;
+        pixel.albedo[channel] += rounded(feature.albedo[channel]);
+        pixel.normal[channel] += rounded(feature.normal[channel]);
+        pixel.position[channel] += rounded(feature.position[channel]);
+    }
+    pixel.depth += rounded(feature.depth);
+    pixel.covered += feature.depth > 0.0 ? 1u : 0u;
+    if (push.index == 0u) pixel.object = feature.object;
+    film[push.first + slot] = pixel;
+}

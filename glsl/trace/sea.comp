@@ -1,0 +1,115 @@
+#version 460
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_GOOGLE_include_directive : require
+// Paths at the surface of the sea: they are mirrored by waves, or change between air and water.
+
+#include "lib/frame.glsl"
+#include "lib/turn.glsl"
+
+layout(local_size_x = 64) in;
+
+#include "lib/texture.glsl"
+#include "lib/sea.glsl"
+
+// What waves mirror: facets round the normal of those that a sample can tell apart, in whose frame the path leaves towards `v`.
+// Light that a facet sends down meets another wave and is taken to come up, as if it had been mirrored by the level sea.
+struct Waves {
+    mat3 axes;
+    vec3 v;
+    float width;
+};
+
+// How often a path is mirrored by a facet that mirrors this share of light: more often than that, for the sky is brighter
+// than the deep.
+float mirrored_share(float fresnel) {
+    const float BRIGHTER = 8.0;
+    return BRIGHTER * fresnel / (BRIGHTER * fresnel + 1.0 - fresnel);
+}
+
+// Value times cosine for light from `l`, and the density with which paths take it.
+vec2 mirrored_by_facets(Waves waves, vec3 l) {
+    vec3 local = l * waves.axes;
+    vec3 sum = waves.v + local;
+    if (sum.z <= 0.0) return vec2(0.0);
+    vec3 m = normalize(sum);
+    float facing = dot(waves.v, m);
+    if (facing <= 0.0) return vec2(0.0);
+    float fresnel = fresnel_dielectric(facing, WATER_INDEX);
+    return vec2(fresnel, mirrored_share(fresnel)) * mirror_density(waves.width, waves.v, m);
+}
+
+// The same of all facets together, for light from above the sea.
+vec2 mirrored_by_waves(Waves waves, vec3 l) {
+    if (l.y <= 0.0) return vec2(0.0);
+    return mirrored_by_facets(waves, l) + mirrored_by_facets(waves, vec3(l.x, -l.y, l.z));
+}
+
+// A path at the sea's surface. Coming from above it meets waves, some of which a sample can tell apart; from below the
+// surface is flat, as for light that is looked for through it.
+void cross_sea(uint index, inout Path path, vec3 point, float footprint) {
+    vec3 view = path.direction;
+    vec3 u = vec3(random_pair(index, 1u), random_pair(index, 2u).x);
+    path.origin = vec3(point.x, frame.sea_level, point.z);
+    if (path.medium == WATER) {
+        float mirrored = fresnel_dielectric(view.y, 1.0 / WATER_INDEX);
+        if (u.z < mirrored) {
+            path.direction = vec3(view.x, -view.y, view.z);
+            path.density = 0.0;
+            return;
+        }
+        vec3 above = refract(view, vec3(0.0, -1.0, 0.0), WATER_INDEX);
+        path.density *= (1.0 - mirrored) * above.y / (WATER_INDEX * WATER_INDEX * view.y);
+        path.throughput *= WATER_INDEX * WATER_INDEX;
+        path.direction = above;
+        path.medium = AIR;
+        return;
+    }
+    Ripples found = ripples(point.xz, footprint);
+    Waves waves;
+    waves.axes = frame_of(normalize(vec3(-found.slope.x, 1.0, -found.slope.y)));
+    waves.v = -view * waves.axes;
+    waves.v.z = max(waves.v.z, 0.02);
+    waves.v = normalize(waves.v);
+    // α of Beckmann's facets is √2 times the deviation of their slopes.
+    waves.width = clamp(1.414 * found.deviation, 0.002, 0.5);
+
+    float sky = frame.sky == SKY_NONE ? 0.0 : 0.05 * luminance(sky_irradiance(vec3(0.0, 1.0, 0.0)));
+    float sun = luminance(frame.sun_irradiance) * mirrored_by_waves(waves, frame.sun_direction).x;
+    path.sky_share = sky + sun > 0.0 ? sky / (sky + sun) : 1.0;
+    Light light = find_light(index, path, frame.sea_level);
+    vec2 value = mirrored_by_waves(waves, light.direction);
+    look(index, path, path.origin, light, vec3(value.x), value.y);
+
+    vec3 facet = visible_facet(waves.width, waves.v, u.xy);
+    float fresnel = fresnel_dielectric(dot(waves.v, facet), WATER_INDEX);
+    float share = mirrored_share(fresnel);
+    if (u.z < share) {
+        path.direction = waves.axes * reflect(-waves.v, facet);
+        path.direction.y = max(abs(path.direction.y), 1e-5);
+        vec2 found = mirrored_by_waves(waves, path.direction);
+        path.density = found.y;
+        path.throughput *= found.y > 0.0 ? found.x / found.y : 0.0;
+        return;
+    }
+    path.throughput *= (1.0 - fresnel) / (1.0 - share);
+    vec3 below = waves.axes * refract(-waves.v, facet, 1.0 / WATER_INDEX);
+    below.y = min(below.y, -1e-2);
+    path.direction = normalize(below);
+    path.throughput /= WATER_INDEX * WATER_INDEX;
+    path.density = 0.0;
+    path.medium = WATER;
+}
+
+void main() {
+    uint slot = gl_GlobalInvocationID.x;
+    if (slot >= turns[push.work.turn].sea) return;
+    uint index = queue[slot];
+    Path path = paths[index];
+    Hit hit = hits[index];
+    vec3 point = arrive(index, path, hit);
+    if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0, 1.0, 0.0), point, hit.range, 0u);
+    if (push.work.turn >= push.work.bounces) return;
+    // On the sea a sample is a long ellipse; its mean diameter counts.
+    cross_sea(index, path, point, path.width * inversesqrt(max(abs(path.direction.y), 0.02)));
+    go_on(index, path);
+}

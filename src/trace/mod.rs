@@ -1,0 +1,461 @@
+//! Path traces a scene into a picture, in compute shaders.
+//!
+//! Paths advance together, one turn at a time, through small programs that each do one thing (Laine, Karras & Aila 2013,
+//! "Megakernels Considered Harmful"): `generate` sends them from the eye, `extend` finds what they meet, `escape`, `land`,
+//! `model` and `sea` turn them and look for light, `connect` sees whether anything hides it, `film` adds what they gathered to their pixels.
+
+mod film;
+pub mod ground;
+pub mod memory;
+mod sky;
+pub mod tree;
+
+use crate::core::camera::Pinhole;
+use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
+use crate::scene::{self, Film, Scene};
+use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
+use crate::shaders::{self, Frame, Work, raster::openness};
+use glam::Vec3;
+use std::time::{Duration, Instant};
+
+pub use film::Sums;
+
+use film::Block;
+use tree::Tree;
+
+/// Traces scenes. Making one compiles its programs; it can then trace any number of pictures.
+pub struct Tracer {
+    gpu: Gpu,
+    openness: Compute<openness::Shader>,
+    generate: Compute<generate::Shader>,
+    extend: Compute<extend::Shader>,
+    escape: Compute<escape::Shader>,
+    land: Compute<land::Shader>,
+    model: Compute<model::Shader>,
+    sea: Compute<sea::Shader>,
+    connect: Compute<connect::Shader>,
+    add: Compute<add::Shader>,
+}
+
+/// What decides a picture beside its scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    pub seed: u32,
+    /// Most scatterings between a light and the eye. 0 shows lights alone.
+    pub bounces: u32,
+    /// Radius of the lens, metres; 0 is a pinhole.
+    pub aperture: f32,
+    /// Distance of what is sharp, metres, along the axis of the camera.
+    pub focus: f32,
+    /// Whether materials have their mean colour and nothing else: no noise, relief or gloss.
+    pub plain: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { seed: 1, bounces: 8, aperture: 0.0, focus: 1.0, plain: false }
+    }
+}
+
+/// Work that a submission should last, so that windows stay responsive and no watchdog bites.
+const SUBMISSION: Duration = Duration::from_millis(40);
+
+/// Fewest paths at work: a device has that many lanes to fill.
+const FEWEST_PATHS: u32 = 2048;
+
+impl Tracer {
+    /// # Errors
+    /// What the device lacks or has no memory for.
+    pub fn new(gpu: &Gpu) -> gpu::Result<Self> {
+        Ok(Tracer {
+            gpu: gpu.clone(),
+            openness: Compute::new(gpu, ())?,
+            generate: Compute::new(gpu, ())?,
+            extend: Compute::new(gpu, ())?,
+            escape: Compute::new(gpu, ())?,
+            land: Compute::new(gpu, ())?,
+            model: Compute::new(gpu, ())?,
+            sea: Compute::new(gpu, ())?,
+            connect: Compute::new(gpu, ())?,
+            add: Compute::new(gpu, ())?,
+        })
+    }
+
+    /// Begins the picture of `scene`, of `film`'s size: builds the trees that rays go through.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn begin<'a>(
+        &'a self,
+        scene: &'a Scene,
+        film: &Film,
+        camera: &Pinhole,
+        settings: Settings,
+    ) -> gpu::Result<Tracing<'a>> {
+        let gpu = &self.gpu;
+        let mut rec = Recorder::new(gpu);
+        let heights = rec.download(&scene.ground.height);
+        let heights = heights.take(&rec.submit()?.wait()?);
+        let tree = Tree::new(gpu, scene, &heights)?;
+        let frame = upload(gpu, "frame", &[scene::frame(scene, film, 1, camera)])?;
+        let dome = upload(gpu, "dome", &sky::table(&scene.light.sky))?;
+        let openness = self.openness(scene, &frame)?;
+        let paths = Paths::new(gpu, Block::most_pixels(film) as usize, settings.bounces)?;
+        let sums = Sums::new(film.width, film.height);
+        let count = match gpu.info().kind {
+            DeviceKind::Cpu => 2 * FEWEST_PATHS,
+            _ => 32 * FEWEST_PATHS,
+        };
+        Ok(Tracing {
+            tracer: self,
+            scene,
+            film: *film,
+            settings,
+            tree,
+            frame,
+            dome,
+            openness,
+            paths,
+            sums,
+            count,
+        })
+    }
+
+    fn openness(&self, scene: &Scene, frame: &Buffer<Frame>) -> gpu::Result<Image<R32f>> {
+        let cells = scene.ground.grid.cells.min(1024);
+        let image = Image::new(&self.gpu, "openness", [cells; 2])?;
+        let mut rec = Recorder::new(&self.gpu);
+        let bindings = openness::Bindings { frame, height: &scene.ground.height, openness: &image };
+        rec.dispatch(&self.openness, [cells; 2], openness::Push { cells: cells as i32 }, bindings);
+        rec.submit()?.wait()?;
+        Ok(image)
+    }
+}
+
+/// A ray into the scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    pub origin: Vec3,
+    pub direction: Vec3,
+}
+
+/// What a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// In lengths of the ray's direction.
+    pub range: f32,
+    /// Index of the instance; `None` is the land.
+    pub instance: Option<u32>,
+}
+
+/// The twin of `NOTHING` in `glsl/lib/hit.glsl`.
+const NOTHING: u32 = u32::MAX;
+
+/// Paths at work on the device.
+struct Paths {
+    paths: Buffer<shaders::Path>,
+    hits: Buffer<shaders::Hit>,
+    looks: Buffer<shaders::Look>,
+    features: Buffer<shaders::Feature>,
+    queues: [Buffer<u32>; 2],
+    escaped: Buffer<u32>,
+    land: Buffer<u32>,
+    models: Buffer<u32>,
+    sea: Buffer<u32>,
+    turns: Buffer<shaders::Turn>,
+}
+
+impl Paths {
+    /// For `most` paths at once, and so many turns of each.
+    fn new(gpu: &Gpu, most: usize, bounces: u32) -> gpu::Result<Paths> {
+        Ok(Paths {
+            paths: Buffer::new(gpu, "paths", most)?,
+            hits: Buffer::new(gpu, "hits", most)?,
+            looks: Buffer::new(gpu, "looks", most)?,
+            features: Buffer::new(gpu, "features", most)?,
+            queues: [Buffer::new(gpu, "queue", most)?, Buffer::new(gpu, "queue", most)?],
+            escaped: Buffer::new(gpu, "escaped", most)?,
+            land: Buffer::new(gpu, "land", most)?,
+            models: Buffer::new(gpu, "models", most)?,
+            sea: Buffer::new(gpu, "sea", most)?,
+            turns: Buffer::new(gpu, "turns", bounces as usize + 2)?,
+        })
+    }
+}
+
+/// A picture in the making.
+pub struct Tracing<'a> {
+    tracer: &'a Tracer,
+    scene: &'a Scene,
+    film: Film,
+    settings: Settings,
+    tree: Tree,
+    frame: Buffer<Frame>,
+    dome: Buffer<f32>,
+    openness: Image<R32f>,
+    paths: Paths,
+    sums: Sums,
+    /// Paths that a submission has at work: as many as it can finish in time.
+    count: u32,
+}
+
+impl Tracing<'_> {
+    /// Traces the next samples of a block of the picture, at most up to `samples` a pixel; false if none are left.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn step(&mut self, samples: u32) -> gpu::Result<bool> {
+        let Some(block) = self.sums.next(samples) else { return Ok(false) };
+        let gpu = &self.tracer.gpu;
+        let pixels = block.pixels();
+        let film = Buffer::new(gpu, "film", pixels as usize)?;
+        for index in block.samples.clone() {
+            let mut first = 0;
+            while first < pixels {
+                let count = self.count.min(pixels - first);
+                let begun = Instant::now();
+                self.trace(&block, index, first, count, &film)?;
+                first += count;
+                self.adapt(begun.elapsed(), count);
+            }
+        }
+        let mut rec = Recorder::new(gpu);
+        let download = rec.download(&film);
+        let finished = rec.submit()?.wait()?;
+        self.sums.add(&block, &download.take(&finished));
+        Ok(true)
+    }
+
+    /// What each of these rays meets first: land or an instance. The sea is not in the way.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn meet(&self, rays: &[Ray]) -> gpu::Result<Vec<Option<Meeting>>> {
+        if rays.is_empty() {
+            return Ok(Vec::new());
+        }
+        let volley = self.volley(rays)?;
+        volley.trace()?;
+        volley.meetings()
+    }
+
+    /// Brings rays, at least one, to the device.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn volley(&self, rays: &[Ray]) -> gpu::Result<Volley<'_>> {
+        let count = rays.len() as u32;
+        let paths = Paths::new(&self.tracer.gpu, rays.len(), 0)?;
+        let ray = |ray: &Ray| shaders::Path {
+            origin: ray.origin.to_array(),
+            direction: ray.direction.to_array(),
+            ..shaders::Path::default()
+        };
+        let mut rec = Recorder::new(&self.tracer.gpu);
+        rec.upload(&paths.paths, &rays.iter().map(ray).collect::<Vec<_>>());
+        rec.upload(&paths.queues[0], &(0..count).collect::<Vec<_>>());
+        rec.submit()?.wait()?;
+        Ok(Volley { tracing: self, paths, count })
+    }
+
+    /// What has been gathered so far.
+    pub fn sums(&self) -> &Sums {
+        &self.sums
+    }
+
+    /// One sample of `count` pixels of the block.
+    fn trace(
+        &self,
+        block: &Block,
+        index: u32,
+        first: u32,
+        count: u32,
+        film: &Buffer<shaders::Pixel>,
+    ) -> gpu::Result<()> {
+        let Tracing { tracer, scene, settings, tree, frame, dome, openness, paths, .. } = self;
+        let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
+        let Tree { nodes, triangles, facets, placements, materials } = tree;
+        let ground = &scene.ground;
+        let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);
+        let size = [count, 1];
+        let (first, count) = (first as i32, count as i32);
+        let &Settings { seed, bounces, aperture, focus, plain } = settings;
+        let mut rec = Recorder::new(&tracer.gpu);
+        rec.dispatch(
+            &tracer.generate,
+            [size[0].max(bounces + 2), 1],
+            generate::Push { seed, index, origin, columns, first, count, aperture, focus },
+            generate::Bindings { frame, paths, queue: &queues[0], turns },
+        );
+        for turn in 0..=bounces {
+            let (queue, next) = (&queues[turn as usize % 2], &queues[(turn as usize + 1) % 2]);
+            let work = Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into() };
+            rec.dispatch(
+                &tracer.extend,
+                size,
+                extend::Push { turn, sea_level: ground.sea_level },
+                extend::Bindings {
+                    nodes,
+                    triangles,
+                    placements,
+                    facets,
+                    turns,
+                    queue,
+                    paths,
+                    hits,
+                    escaped,
+                    land,
+                    models,
+                    sea,
+                },
+            );
+            rec.concurrent(|rec| {
+                let queue = escaped;
+                let bindings =
+                    escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
+                rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
+                let queue = sea;
+                let bindings =
+                    sea::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
+                rec.dispatch(&tracer.sea, size, sea::Push { work }, bindings);
+                rec.dispatch(
+                    &tracer.land,
+                    size,
+                    land::Push { work },
+                    land::Bindings {
+                        frame,
+                        paths,
+                        hits,
+                        turns,
+                        queue: land,
+                        next,
+                        looks,
+                        features,
+                        dome,
+                        triangles,
+                        height: &ground.height,
+                        wetness: &ground.wetness,
+                        reef: &ground.reef,
+                        openness,
+                    },
+                );
+                rec.dispatch(
+                    &tracer.model,
+                    size,
+                    model::Push { work },
+                    model::Bindings {
+                        frame,
+                        paths,
+                        hits,
+                        turns,
+                        queue: models,
+                        next,
+                        looks,
+                        features,
+                        dome,
+                        triangles,
+                        facets,
+                        placements,
+                        materials,
+                    },
+                );
+            });
+            if turn < bounces {
+                rec.dispatch(
+                    &tracer.connect,
+                    size,
+                    connect::Push { turn },
+                    connect::Bindings { nodes, triangles, placements, turns, looks, paths },
+                );
+            }
+        }
+        rec.dispatch(
+            &tracer.add,
+            size,
+            add::Push { index, first, count, exposure: self.film.exposure },
+            add::Bindings { paths, features, film },
+        );
+        rec.submit()?.wait()?;
+        Ok(())
+    }
+
+    /// Next time so many paths as will last a submission.
+    fn adapt(&mut self, took: Duration, count: u32) {
+        let wanted = f64::from(count) * SUBMISSION.as_secs_f64() / took.as_secs_f64().max(1e-6);
+        // A last piece, smaller than the others, says little.
+        if count >= self.count / 2 {
+            let next = wanted.clamp(f64::from(self.count) / 2.0, f64::from(self.count) * 2.0) as u32;
+            self.count = next.clamp(FEWEST_PATHS, Block::MOST_PIXELS);
+        }
+    }
+}
+
+/// Rays that are traced together.
+pub struct Volley<'a> {
+    tracing: &'a Tracing<'a>,
+    paths: Paths,
+    count: u32,
+}
+
+impl Volley<'_> {
+    /// Finds what every ray meets; returns the time that took, where the device can tell.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn trace(&self) -> gpu::Result<Option<Duration>> {
+        let Tracing { tracer, tree, .. } = self.tracing;
+        let Paths { paths, hits, queues, escaped, land, models, sea, turns, .. } = &self.paths;
+        let Tree { nodes, triangles, facets, placements, .. } = tree;
+        let queue = &queues[0];
+        let mut rec = Recorder::timed(&tracer.gpu, 2);
+        rec.upload(turns, &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()]);
+        rec.dispatch(
+            &tracer.extend,
+            [self.count, 1],
+            extend::Push { turn: 0, sea_level: f32::MIN },
+            extend::Bindings {
+                nodes,
+                triangles,
+                placements,
+                facets,
+                turns,
+                queue,
+                paths,
+                hits,
+                escaped,
+                land,
+                models,
+                sea,
+            },
+        );
+        let finished = rec.submit()?.wait()?;
+        Ok(finished.timings.last().map(|timing| timing.duration))
+    }
+
+    /// What the rays met when they were last traced.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn meetings(&self) -> gpu::Result<Vec<Option<Meeting>>> {
+        let mut rec = Recorder::new(&self.tracing.tracer.gpu);
+        let hits = rec.download(&self.paths.hits);
+        let placements = rec.download(&self.tracing.tree.placements);
+        let finished = rec.submit()?.wait()?;
+        let placements = placements.take(&finished);
+        let meeting = |hit: &shaders::Hit| {
+            (hit.triangle != NOTHING).then(|| Meeting {
+                range: hit.range,
+                instance: placements[hit.placement as usize].object.checked_sub(1),
+            })
+        };
+        Ok(hits.take(&finished).iter().map(meeting).collect())
+    }
+}
+
+fn upload<T: bytemuck::Pod>(gpu: &Gpu, name: &str, values: &[T]) -> gpu::Result<Buffer<T>> {
+    let buffer = Buffer::new(gpu, name, values.len())?;
+    let mut rec = Recorder::new(gpu);
+    rec.upload(&buffer, values);
+    rec.submit()?.wait()?;
+    Ok(buffer)
+}
