@@ -56,7 +56,7 @@ fn assert_close(found: f64, expected: f64, tolerance: f64) {
 // Branches -----------------------------------------------------------------------------------------------------------
 
 fn node(position: DVec3, width: f64) -> Node {
-    Node { position, width, color: 0 }
+    Node { position, width }
 }
 
 fn draw(axis: &[Node], tolerance: f64) -> Mesh {
