@@ -90,7 +90,7 @@ fn look(position: Vec3, target: Vec3, fov: f32) -> Camera {
 }
 
 fn render(gpu: &Gpu, scene: &Scene, width: u32, height: u32, quality: Quality) -> Picture {
-    Renderer::new(gpu).expect("a renderer").render(scene, &film(width, height), quality).expect("a picture")
+    kit::renderer(gpu).render(scene, &film(width, height), quality).expect("a picture")
 }
 
 fn middle(picture: &Picture) -> [f32; 3] {
@@ -291,7 +291,7 @@ fn colours_follow_the_noise() {
     let text = std::fs::read_to_string(path).expect("the reference");
     let reference: Reference = serde_json::from_str(&text).expect("as it should be");
     let gpu = kit::gpu();
-    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let renderer = kit::renderer(&gpu);
     let draw = |material: Material, at: Vec3| {
         let mut scene = plain(&gpu, 4000.0, -500.0);
         scene.light.sky = Sky::Constant { radiance: [1.0; 3] };
@@ -449,7 +449,7 @@ fn grown(name: &str) -> Model {
 fn levels_of_detail_look_the_same() {
     const SKY: f32 = 3000.0;
     let gpu = kit::gpu();
-    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let renderer = kit::renderer(&gpu);
     for name in ["oak", "spruce", "palm", "grass"] {
         let model = grown(name);
         let [least, greatest] = model.bounds();

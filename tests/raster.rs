@@ -86,7 +86,7 @@ fn film(width: u32, height: u32) -> Film {
 }
 
 fn render(gpu: &Gpu, scene: &Scene, width: u32, height: u32) -> Picture {
-    let renderer = Renderer::new(gpu).expect("a renderer");
+    let renderer = kit::renderer(gpu);
     renderer.render(scene, &film(width, height), ONE_SAMPLE).expect("a picture")
 }
 
@@ -146,7 +146,7 @@ fn ground_has_no_cracks() {
     let gpu = kit::gpu();
     let mut scene = island(&gpu, 256);
     scene.ground.sea_level = -1e5;
-    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let renderer = kit::renderer(&gpu);
     let (width, height) = (640, 360);
     for (position, target) in [
         (Vec3::new(600.0, 700.0, 2600.0), Vec3::new(0.0, 500.0, 0.0)),
@@ -177,7 +177,7 @@ fn ground_lies_where_the_heightfield_is() {
     let (eye, target) = (Vec3::new(200.0, 900.0, 700.0), Vec3::new(0.0, 0.0, 0.0));
     scene.camera = Camera { view: View::LookAt { position: eye, target }, fov: 0.8 };
     let (width, height) = (160, 90);
-    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let renderer = kit::renderer(&gpu);
     let range = renderer.ground_range(&scene, &film(width, height), ONE_SAMPLE).expect("ranges");
     let camera = Pinhole::look_at(eye, target, 0.8, width as f32 / height as f32);
     let normal = DVec3::new(-0.2, 1.0, 0.3);
@@ -204,7 +204,7 @@ fn tiles_make_the_same_picture() {
     let gpu = kit::gpu();
     let scene = island(&gpu, 128);
     let film = Film { exposure: 6e-5, ..film(200, 120) };
-    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let renderer = kit::renderer(&gpu);
     let draw = |tile| renderer.render(&scene, &film, Quality { samples: 2, tile }).expect("a picture");
     let (whole, tiled) = (draw(512), draw(56));
     // A tile rounds its vertices by itself, so an edge may move by a hair: a few pixels on outlines, by little.
@@ -218,12 +218,7 @@ fn tiles_make_the_same_picture() {
 fn two_runs_are_the_same_bits() {
     let gpu = kit::gpu();
     let scene = island(&gpu, 128);
-    let draw = || {
-        Renderer::new(&gpu)
-            .expect("a renderer")
-            .render(&scene, &film(160, 90), Quality::default())
-            .expect("a picture")
-    };
+    let draw = || kit::renderer(&gpu).render(&scene, &film(160, 90), Quality::default()).expect("a picture");
     assert_eq!(draw(), draw());
 }
 
@@ -357,7 +352,7 @@ fn extreme_worlds_have_finite_pictures() {
         look(Vec3::new(-2600.0, 900.0, 0.0), Vec3::new(-1e7, 1e7, 0.0), 2.9),
     ];
     let gpu = kit::gpu();
-    let renderer = Renderer::new(&gpu).expect("a renderer");
+    let renderer = kit::renderer(&gpu);
     // Level water and a level shore, as flat as ground can be.
     let mut level = island(&gpu, 64);
     level.ground.height = upload(&gpu, "height", level.ground.grid, &vec![0.0; level.ground.grid.samples()]);
@@ -423,7 +418,7 @@ fn maps_of_a_plane_are_its_slope_and_normal() {
     let gpu = kit::gpu();
     let grid = Grid { cells: 65, extent: 1000.0 };
     let scene = sandbox(&gpu, grid, |x, z| 0.5 * x - 0.25 * z);
-    let maps = Renderer::new(&gpu).expect("a renderer").maps(&scene).expect("maps");
+    let maps = kit::renderer(&gpu).maps(&scene).expect("maps");
     let expected = (0.5f32.hypot(0.25)).atan().to_degrees();
     assert!(download(&gpu, &maps.slope).iter().all(|slope| (slope - expected).abs() < 1e-2));
     let mut rec = Recorder::new(&gpu);
@@ -441,7 +436,7 @@ fn maps_of_a_plane_are_its_slope_and_normal() {
 fn material_weights_sum_to_one() {
     let gpu = kit::gpu();
     let scene = island(&gpu, 128);
-    let maps = Renderer::new(&gpu).expect("a renderer").maps(&scene).expect("maps");
+    let maps = kit::renderer(&gpu).maps(&scene).expect("maps");
     let mut rec = Recorder::new(&gpu);
     let splat = rec.download(&maps.splat);
     let splat = splat.take(&rec.submit().expect("submitted").wait().expect("finished"));
@@ -537,10 +532,7 @@ fn golden_picture() {
     let gpu = kit::gpu();
     let scene = island(&gpu, 256);
     let film = Film { exposure: 6e-5, ..film(320, 180) };
-    let picture = Renderer::new(&gpu)
-        .expect("a renderer")
-        .render(&scene, &film, Quality::default())
-        .expect("a picture");
+    let picture = kit::renderer(&gpu).render(&scene, &film, Quality::default()).expect("a picture");
     let found = picture.developed(ToneMap::Filmic);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/golden/island.png");
     if std::env::var_os("TERRANE_BLESS").is_some() {

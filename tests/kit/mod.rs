@@ -16,6 +16,7 @@ use std::{
     sync::{Mutex, MutexGuard, OnceLock, PoisonError},
 };
 use terrane::gpu::{Gpu, MessageLog, Options};
+use terrane::raster::Renderer;
 
 /// The device that the tests of one process share. Any validation message fails the test that drops the guard.
 pub fn gpu() -> Guard {
@@ -23,6 +24,12 @@ pub fn gpu() -> Guard {
     let turn = turn();
     let (gpu, log) = SHARED.get_or_init(|| open(Options::default()));
     Guard { gpu: gpu.clone(), log: log.clone(), _turn: turn }
+}
+
+/// The renderer of the device that tests share: its programs are compiled once a process.
+pub fn renderer(gpu: &Gpu) -> &'static Renderer {
+    static SHARED: OnceLock<Renderer> = OnceLock::new();
+    SHARED.get_or_init(|| Renderer::new(gpu).expect("a renderer"))
 }
 
 /// A device of its own, under validation too.
