@@ -118,6 +118,7 @@ impl Tracer {
             paths,
             sums,
             count,
+            piece: None,
         })
     }
 
@@ -197,32 +198,51 @@ pub struct Tracing<'a> {
     sums: Sums,
     /// Paths that a submission has at work: as many as it can finish in time.
     count: u32,
+    /// What is under way between two steps.
+    piece: Option<Piece>,
+}
+
+/// A block that is being traced.
+struct Piece {
+    block: Block,
+    film: Buffer<shaders::Pixel>,
+    /// The sample that comes next, and the first pixel that is to have it.
+    index: u32,
+    first: u32,
 }
 
 impl Tracing<'_> {
-    /// Traces the next samples of a block of the picture, at most up to `samples` a pixel; false if none are left.
+    /// Traces the next piece of the picture, towards `samples` a pixel: as much as one submission does. What a piece has gathered
+    /// counts when all of its block is done. False if nothing is left.
     ///
     /// # Errors
     /// A lost device, or no memory.
     pub fn step(&mut self, samples: u32) -> gpu::Result<bool> {
-        let Some(block) = self.sums.next(samples) else { return Ok(false) };
-        let gpu = &self.tracer.gpu;
-        let pixels = block.pixels();
-        let film = Buffer::new(gpu, "film", pixels as usize)?;
-        for index in block.samples.clone() {
-            let mut first = 0;
-            while first < pixels {
-                let count = self.count.min(pixels - first);
-                let begun = Instant::now();
-                self.trace(&block, index, first, count, &film)?;
-                first += count;
-                self.adapt(begun.elapsed(), count);
+        let mut piece = match self.piece.take() {
+            Some(piece) => piece,
+            None => {
+                let Some(block) = self.sums.next(samples) else { return Ok(false) };
+                let film = Buffer::new(&self.tracer.gpu, "film", block.pixels() as usize)?;
+                Piece { index: block.samples.start, first: 0, block, film }
             }
+        };
+        let pixels = piece.block.pixels();
+        let count = self.count.min(pixels - piece.first);
+        let begun = Instant::now();
+        self.trace(&piece.block, piece.index, piece.first, count, &piece.film)?;
+        self.adapt(begun.elapsed(), count);
+        piece.first += count;
+        if piece.first == pixels {
+            (piece.first, piece.index) = (0, piece.index + 1);
         }
-        let mut rec = Recorder::new(gpu);
-        let download = rec.download(&film);
+        if piece.index < piece.block.samples.end {
+            self.piece = Some(piece);
+            return Ok(true);
+        }
+        let mut rec = Recorder::new(&self.tracer.gpu);
+        let download = rec.download(&piece.film);
         let finished = rec.submit()?.wait()?;
-        self.sums.add(&block, &download.take(&finished));
+        self.sums.add(&piece.block, &download.take(&finished));
         Ok(true)
     }
 

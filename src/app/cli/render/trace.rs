@@ -96,7 +96,7 @@ fn tell(sums: &Sums, samples: u32, begun: Instant, session: &mut Session) {
     let (each, all) = sums.progress();
     let rate = all as f64 / begun.elapsed().as_secs_f64().max(1e-3);
     session.progress.show("tracing", each as u64, samples.into());
-    session.progress.detail(format!("{:.2} M samples/s{}", rate / 1e6, noise_so_far(sums)));
+    session.progress.detail(format!("{:.2} M samples/s", rate / 1e6));
 }
 
 fn noise_so_far(sums: &Sums) -> String {
