@@ -2,6 +2,8 @@
 #ifndef BSDF_GLSL
 #define BSDF_GLSL
 
+#include "lib/schlick.glsl"
+
 // In the frame of its normal, which is on the side of the eye.
 struct Bsdf {
     vec3 reflectance;
@@ -27,16 +29,6 @@ mat3 frame_of(vec3 n) {
 
 float largest(vec3 v) {
     return max(v.x, max(v.y, v.z));
-}
-
-// Share of light that the coat mirrors (Schlick 1994).
-float coat_fresnel(float refractive_index, float cosine) {
-    if (refractive_index <= 1.0) return 0.0;
-    float normal = (refractive_index - 1.0) / (refractive_index + 1.0);
-    normal *= normal;
-    float grazing = clamp(1.0 - cosine, 0.0, 1.0);
-    float square = grazing * grazing;
-    return normal + (1.0 - normal) * square * square * grazing;
 }
 
 // Facets' density over directions, weighted with the normal's cosine (GGX: Walter et al. 2007).
@@ -75,7 +67,7 @@ float mirror_density(float width, vec3 v, vec3 m) {
 
 // How often each kind of scattering is tried: mirror, reflection, transmission. They sum to 1, or are all 0.
 vec3 shares(Bsdf bsdf, vec3 v) {
-    float mirrored = coat_fresnel(bsdf.refractive_index, v.z);
+    float mirrored = schlick(bsdf.refractive_index, v.z);
     vec3 all = vec3(mirrored, (1.0 - mirrored) * vec2(largest(bsdf.reflectance), largest(bsdf.transmittance)));
     float sum = all.x + all.y + all.z;
     return sum > 0.0 ? all / sum : vec3(0.0);
@@ -86,14 +78,14 @@ vec3 scattered(Bsdf bsdf, vec3 v, vec3 l, out float density) {
     vec3 share = shares(bsdf, v);
     float facing = abs(l.z);
     // What the coat mirrors on the way in and out does not get below it.
-    float through = (1.0 - coat_fresnel(bsdf.refractive_index, v.z)) * (1.0 - coat_fresnel(bsdf.refractive_index, facing));
+    float through = (1.0 - schlick(bsdf.refractive_index, v.z)) * (1.0 - schlick(bsdf.refractive_index, facing));
     vec3 below = l.z > 0.0 ? bsdf.reflectance : bsdf.transmittance;
     vec3 value = below * (through * facing / PI);
     density = (l.z > 0.0 ? share.y : share.z) * facing / PI;
     if (share.x > 0.0 && l.z > 0.0) {
         vec3 m = normalize(v + l);
         float masking = 1.0 + smith_lambda(bsdf.width, v) + smith_lambda(bsdf.width, l);
-        value += coat_fresnel(bsdf.refractive_index, dot(v, m)) * facets(bsdf.width, m) / (4.0 * v.z * masking);
+        value += schlick(bsdf.refractive_index, dot(v, m)) * facets(bsdf.width, m) / (4.0 * v.z * masking);
         density += share.x * mirror_density(bsdf.width, v, m);
     }
     return value;

@@ -2,17 +2,9 @@
 #ifndef GLOSS_GLSL
 #define GLOSS_GLSL
 
-// Share of light that a surface of this refractive index mirrors (Schlick 1994).
-float schlick(float refractive_index, float cosine) {
-    float normal = (refractive_index - 1.0) / (refractive_index + 1.0);
-    normal *= normal;
-    float grazing = max(1.0 - max(cosine, 0.0), 0.0);
-    float square = grazing * grazing;
-    // Without a layer there is nothing to mirror, at no angle.
-    return refractive_index <= 1.0 ? 0.0 : normal + (1.0 - normal) * square * square * grazing;
-}
+#include "lib/schlick.glsl"
 
-// The same of light from all sides: a rough layer mirrors little at grazing angles, for its facets hide each other there
+// Share of light from all sides that the layer mirrors: a rough layer mirrors little at grazing angles, for its facets hide each other there
 // (Lagarde 2011, "Adopting a physically based shading model").
 float rough_schlick(Material material, float cosine) {
     float normal = schlick(material.refractive_index, 1.0);

@@ -2,6 +2,8 @@
 #ifndef PLANT_GLSL
 #define PLANT_GLSL
 
+#include "lib/quaternion.glsl"
+
 struct Vertex {
     vec3 position;
     uint normal;     // octahedral, two signed normalised 16-bit numbers
@@ -15,10 +17,6 @@ struct Instance {
     vec4 rotation;   // unit quaternion
     uint random;
 };
-
-vec3 rotate(vec4 rotation, vec3 v) {
-    return v + 2.0 * cross(rotation.xyz, cross(rotation.xyz, v) + rotation.w * v);
-}
 
 vec3 placed(Instance instance, vec3 position) {
     return instance.position + instance.scale * rotate(instance.rotation, position);

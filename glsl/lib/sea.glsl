@@ -2,7 +2,8 @@
 #ifndef SEA_GLSL
 #define SEA_GLSL
 
-const float REFRACTIVE_INDEX = 1.34;
+#include "lib/water.glsl"
+
 const float NORMAL_REFLECTANCE = 0.02112;  // ((1.34 − 1)/(1.34 + 1))²
 
 // Share of light that waves with this standard deviation of slope reflect on average

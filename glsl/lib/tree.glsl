@@ -2,6 +2,8 @@
 #ifndef TREE_GLSL
 #define TREE_GLSL
 
+#include "lib/quaternion.glsl"
+
 // Eight children in boxes of a common scale. Laid out by the crate `obvhs`.
 struct Node {
     vec3 origin;         // least corner of all boxes
@@ -40,13 +42,5 @@ struct Placement {
     uint root;           // node of the model's tree
     uint object;         // 1 + index of the instance; 0 for the land
 };
-
-vec4 conjugate(vec4 rotation) {
-    return vec4(-rotation.xyz, rotation.w);
-}
-
-vec3 rotate(vec4 rotation, vec3 v) {
-    return v + 2.0 * cross(rotation.xyz, cross(rotation.xyz, v) + rotation.w * v);
-}
 
 #endif

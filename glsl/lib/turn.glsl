@@ -7,6 +7,7 @@
 #include "lib/path.glsl"
 #include "lib/sampler.glsl"
 #include "lib/sky.glsl"
+#include "lib/water.glsl"
 #include "lib/air.glsl"
 
 layout(binding = 1, scalar) buffer Paths { Path paths[]; };
@@ -21,8 +22,6 @@ layout(binding = 8, scalar) readonly buffer Dome { float dome[]; };
 layout(push_constant, scalar) uniform Push { Work work; } push;
 
 #include "lib/dome.glsl"
-
-const float WATER_INDEX = 1.34;       // refractive index
 
 float luminance(vec3 color) {
     return dot(color, vec3(0.2126, 0.7152, 0.0722));
@@ -42,11 +41,12 @@ bool in_sun(vec3 direction) {
     return distance(direction, frame.sun_direction) <= 2.0 * sin(0.5 * frame.sun_radius);
 }
 
-// Random numbers of a path in this turn: pair 0 for the light that is looked for, 1 for the way on, 2 for choices.
+// Random numbers of a path in this turn: pair 0 for the light that is looked for, 1 for the way on, 2 and 3 for
+// choices.
 vec2 random_pair(uint index, uint pair) {
     int pixel = push.work.first + int(index);
     ivec2 at = push.work.origin + ivec2(pixel % push.work.columns, pixel / push.work.columns);
-    return sampled(sampler_of(push.work.seed, at, push.work.index), 3u * push.work.turn + 3u + pair);
+    return sampled(sampler_of(push.work.seed, at, push.work.index), 4u * push.work.turn + 2u + pair);
 }
 
 // Where a ray starts that leaves a surface towards `direction`: off it by more than rounding can have put it behind.
@@ -76,9 +76,9 @@ struct Light {
 // Light from `direction` in the air, found with `density`, at a place `deep` metres under water. Radiance grows by the square of the
 // refractive index as it enters, and directions draw together as much (Veach 1997, section 5.2).
 Light through_sea(vec3 direction, vec3 radiance, float density, float deep) {
-    vec3 inside = -refract(-direction, vec3(0.0, 1.0, 0.0), 1.0 / WATER_INDEX);
-    float passes = 1.0 - fresnel_dielectric(direction.y, WATER_INDEX);
-    float measure = passes * direction.y / (WATER_INDEX * WATER_INDEX * inside.y);
+    vec3 inside = -refract(-direction, vec3(0.0, 1.0, 0.0), 1.0 / REFRACTIVE_INDEX);
+    float passes = 1.0 - fresnel_dielectric(direction.y, REFRACTIVE_INDEX);
+    float measure = passes * direction.y / (REFRACTIVE_INDEX * REFRACTIVE_INDEX * inside.y);
     vec3 left = exp(-frame.attenuation * (deep / inside.y));
     return Light(inside, radiance * left * passes * direction.y / inside.y / density, density, measure);
 }
@@ -132,7 +132,7 @@ vec3 arrive(uint index, inout Path path, Hit hit) {
             vec3 open_light = frame.sun_irradiance * max(frame.sun_direction.y, 0.0) + sky_irradiance(vec3(0.0, 1.0, 0.0));
             vec3 round_trip = left * exp(1.1 * frame.attenuation * view.y * hit.range);
             vec3 body = frame.deep_colour / PI * open_light * (1.0 - round_trip);
-            path.radiance += path.throughput * WATER_INDEX * WATER_INDEX * body;
+            path.radiance += path.throughput * REFRACTIVE_INDEX * REFRACTIVE_INDEX * body;
         }
         path.throughput *= left;
     } else if (frame.molecule_extinction != vec3(0.0)) {

@@ -8,6 +8,9 @@
 
 layout(local_size_x = 64) in;
 
+#include "lib/texture.glsl"
+#include "lib/clouds.glsl"
+
 // Whatever the path sees beyond all surfaces. A light that the last place looked for counts by how much better the path finds
 // it (Veach & Guibas 1995, the balance heuristic).
 vec3 beyond(Path path) {
@@ -28,5 +31,8 @@ void main() {
     uint index = queue[slot];
     Path path = paths[index];
     if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0u);
-    paths[index].radiance = path.radiance + path.throughput * beyond(path);
+    vec3 light = beyond(path);
+    // Clouds are a backdrop: the eye sees them, and they give no light.
+    if (push.work.turn == 0u) light = with_clouds(light, path.direction, 1e9);
+    paths[index].radiance = path.radiance + path.throughput * light;
 }

@@ -15,13 +15,14 @@ layout(binding = 10, r32f) uniform readonly image2D height;
 layout(binding = 11, r32f) uniform readonly image2D wetness;
 layout(binding = 12, r32f) uniform readonly image2D reef;
 layout(binding = 13, r32f) uniform readonly image2D openness;
+layout(binding = 14, r32f) uniform readonly image2D water;
 
 #include "lib/heightfield.glsl"
 #include "lib/fields.glsl"
 #include "lib/texture.glsl"
 #include "lib/surface.glsl"
 
-Spot spot_on_land(vec3 point, vec3 outward, float footprint) {
+Spot spot_on_land(vec3 point, vec3 outward, float footprint, float choice) {
     Stencil s = stencil(point.xz, frame.cells);
     Place place;
     place.point = point;
@@ -32,6 +33,13 @@ Spot spot_on_land(vec3 point, vec3 outward, float footprint) {
     place.footprint = push.work.plain == 1u ? 1e6 : footprint;
     Ground found = ground(place);
     vec3 normal = push.work.plain == 1u ? normal_from_slope(place.slope) : found.normal;
+    // A river or a lake: its bed, seen through water that mirrors.
+    float depth = push.work.plain == 1u || point.y < frame.sea_level ? 0.0 : BILINEAR(water, s).x;
+    if (choice < smoothstep(0.08, 0.6, depth)) {
+        vec3 through = 0.7 * found.albedo * exp(-2.0 * frame.attenuation * depth);
+        Bsdf wet = Bsdf(through, vec3(0.0), REFRACTIVE_INDEX, 0.02);
+        return Spot(point, outward, normalize(mix(normal, vec3(0.0, 1.0, 0.0), 0.8)), wet, vec3(0.0), through, 0u);
+    }
     return Spot(point, outward, normal, Bsdf(found.albedo, vec3(0.0), 1.0, 1.0), vec3(0.0), found.albedo, 0u);
 }
 
@@ -45,5 +53,5 @@ void main() {
     Triangle triangle = triangles[hit.triangle];
     vec3 outward = normalize(cross(triangle.b - triangle.a, triangle.c - triangle.a));
     if (dot(outward, path.direction) > 0.0) outward = -outward;
-    turn_at(index, path, spot_on_land(point, outward, path.width), hit.range);
+    turn_at(index, path, spot_on_land(point, outward, path.width, random_pair(index, 3u).x), hit.range);
 }

@@ -5,11 +5,18 @@
 
 #include "lib/frame.glsl"
 #include "lib/turn.glsl"
+#include "lib/spot.glsl"
 
 layout(local_size_x = 64) in;
 
+layout(binding = 9, r32f) uniform readonly image2D height;
+layout(binding = 10, r32f) uniform readonly image2D surf;
+
+#include "lib/heightfield.glsl"
+#include "lib/fields.glsl"
 #include "lib/texture.glsl"
 #include "lib/sea.glsl"
+#include "lib/foam.glsl"
 
 // What waves mirror: facets round the normal of those that a sample can tell apart, in whose frame the path leaves towards `v`.
 // Light that a facet sends down meets another wave and is taken to come up, as if it had been mirrored by the level sea.
@@ -34,7 +41,7 @@ vec2 mirrored_by_facets(Waves waves, vec3 l) {
     vec3 m = normalize(sum);
     float facing = dot(waves.v, m);
     if (facing <= 0.0) return vec2(0.0);
-    float fresnel = fresnel_dielectric(facing, WATER_INDEX);
+    float fresnel = fresnel_dielectric(facing, REFRACTIVE_INDEX);
     return vec2(fresnel, mirrored_share(fresnel)) * mirror_density(waves.width, waves.v, m);
 }
 
@@ -51,15 +58,15 @@ void cross_sea(uint index, inout Path path, vec3 point, float footprint) {
     vec3 u = vec3(random_pair(index, 1u), random_pair(index, 2u).x);
     path.origin = vec3(point.x, frame.sea_level, point.z);
     if (path.medium == WATER) {
-        float mirrored = fresnel_dielectric(view.y, 1.0 / WATER_INDEX);
+        float mirrored = fresnel_dielectric(view.y, 1.0 / REFRACTIVE_INDEX);
         if (u.z < mirrored) {
             path.direction = vec3(view.x, -view.y, view.z);
             path.density = 0.0;
             return;
         }
-        vec3 above = refract(view, vec3(0.0, -1.0, 0.0), WATER_INDEX);
-        path.density *= (1.0 - mirrored) * above.y / (WATER_INDEX * WATER_INDEX * view.y);
-        path.throughput *= WATER_INDEX * WATER_INDEX;
+        vec3 above = refract(view, vec3(0.0, -1.0, 0.0), REFRACTIVE_INDEX);
+        path.density *= (1.0 - mirrored) * above.y / (REFRACTIVE_INDEX * REFRACTIVE_INDEX * view.y);
+        path.throughput *= REFRACTIVE_INDEX * REFRACTIVE_INDEX;
         path.direction = above;
         path.medium = AIR;
         return;
@@ -81,7 +88,7 @@ void cross_sea(uint index, inout Path path, vec3 point, float footprint) {
     look(index, path, path.origin, light, vec3(value.x), value.y);
 
     vec3 facet = visible_facet(waves.width, waves.v, u.xy);
-    float fresnel = fresnel_dielectric(dot(waves.v, facet), WATER_INDEX);
+    float fresnel = fresnel_dielectric(dot(waves.v, facet), REFRACTIVE_INDEX);
     float share = mirrored_share(fresnel);
     if (u.z < share) {
         path.direction = waves.axes * reflect(-waves.v, facet);
@@ -92,10 +99,10 @@ void cross_sea(uint index, inout Path path, vec3 point, float footprint) {
         return;
     }
     path.throughput *= (1.0 - fresnel) / (1.0 - share);
-    vec3 below = waves.axes * refract(-waves.v, facet, 1.0 / WATER_INDEX);
+    vec3 below = waves.axes * refract(-waves.v, facet, 1.0 / REFRACTIVE_INDEX);
     below.y = min(below.y, -1e-2);
     path.direction = normalize(below);
-    path.throughput /= WATER_INDEX * WATER_INDEX;
+    path.throughput /= REFRACTIVE_INDEX * REFRACTIVE_INDEX;
     path.density = 0.0;
     path.medium = WATER;
 }
@@ -110,6 +117,16 @@ void main() {
     if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0, 1.0, 0.0), point, hit.range, 0u);
     if (push.work.turn >= push.work.bounces) return;
     // On the sea a sample is a long ellipse; its mean diameter counts.
-    cross_sea(index, path, point, path.width * inversesqrt(max(abs(path.direction.y), 0.02)));
+    float footprint = path.width * inversesqrt(max(abs(path.direction.y), 0.02));
+    if (path.medium == AIR && push.work.plain == 0u) {
+        float depth = frame.sea_level - height_bilinear(point.xz);
+        float white = foam(point.xz, depth, BILINEAR(surf, stencil(point.xz, imageSize(surf).x)).x, footprint);
+        if (random_pair(index, 3u).x < white) {
+            const vec3 UP = vec3(0.0, 1.0, 0.0);
+            turn_at(index, path, Spot(point, UP, UP, Bsdf(vec3(FOAM), vec3(0.0), 1.0, 1.0), vec3(0.0), vec3(FOAM), 0u), hit.range);
+            return;
+        }
+    }
+    cross_sea(index, path, point, footprint);
     go_on(index, path);
 }

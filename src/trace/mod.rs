@@ -14,7 +14,10 @@ use crate::core::camera::Pinhole;
 use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
 use crate::scene::{self, Film, Scene};
 use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
-use crate::shaders::{self, Frame, Work, raster::openness};
+use crate::shaders::{
+    self, Frame, Work,
+    raster::{openness, surf},
+};
 use glam::Vec3;
 use std::time::{Duration, Instant};
 
@@ -27,6 +30,7 @@ use tree::Tree;
 pub struct Tracer {
     gpu: Gpu,
     openness: Compute<openness::Shader>,
+    surf: Compute<surf::Shader>,
     generate: Compute<generate::Shader>,
     extend: Compute<extend::Shader>,
     escape: Compute<escape::Shader>,
@@ -60,6 +64,9 @@ impl Default for Settings {
 /// Work that a submission should last, so that windows stay responsive and no watchdog bites.
 const SUBMISSION: Duration = Duration::from_millis(40);
 
+/// Most samples along a side of what says how places lie open.
+const FINEST_EXPOSURE: u32 = 1024;
+
 /// Fewest paths at work: a device has that many lanes to fill.
 const FEWEST_PATHS: u32 = 2048;
 
@@ -70,6 +77,7 @@ impl Tracer {
         Ok(Tracer {
             gpu: gpu.clone(),
             openness: Compute::new(gpu, ())?,
+            surf: Compute::new(gpu, ())?,
             generate: Compute::new(gpu, ())?,
             extend: Compute::new(gpu, ())?,
             escape: Compute::new(gpu, ())?,
@@ -99,7 +107,7 @@ impl Tracer {
         let tree = Tree::new(gpu, scene, &heights)?;
         let frame = upload(gpu, "frame", &[scene::frame(scene, film, 1, camera)])?;
         let dome = upload(gpu, "dome", &sky::table(&scene.light.sky))?;
-        let openness = self.openness(scene, &frame)?;
+        let [openness, surf] = self.exposure(scene, &frame)?;
         let paths = Paths::new(gpu, Block::most_pixels(film) as usize, settings.bounces)?;
         let sums = Sums::new(film.width, film.height);
         let count = match gpu.info().kind {
@@ -115,6 +123,7 @@ impl Tracer {
             frame,
             dome,
             openness,
+            surf,
             paths,
             sums,
             count,
@@ -122,14 +131,26 @@ impl Tracer {
         })
     }
 
-    fn openness(&self, scene: &Scene, frame: &Buffer<Frame>) -> gpu::Result<Image<R32f>> {
-        let cells = scene.ground.grid.cells.min(1024);
-        let image = Image::new(&self.gpu, "openness", [cells; 2])?;
+    /// How much of the sky each place on the ground sees, and how much of the open sea's waves reaches it.
+    fn exposure(&self, scene: &Scene, frame: &Buffer<Frame>) -> gpu::Result<[Image<R32f>; 2]> {
+        let side = scene.ground.grid.cells.min(FINEST_EXPOSURE);
+        let (size, cells) = ([side; 2], side as i32);
+        let openness = Image::new(&self.gpu, "openness", size)?;
+        let surf = Image::new(&self.gpu, "surf", size)?;
+        let height = &scene.ground.height;
         let mut rec = Recorder::new(&self.gpu);
-        let bindings = openness::Bindings { frame, height: &scene.ground.height, openness: &image };
-        rec.dispatch(&self.openness, [cells; 2], openness::Push { cells: cells as i32 }, bindings);
+        rec.concurrent(|rec| {
+            let bindings = openness::Bindings { frame, height, openness: &openness };
+            rec.dispatch(&self.openness, size, openness::Push { cells }, bindings);
+            rec.dispatch(
+                &self.surf,
+                size,
+                surf::Push { cells },
+                surf::Bindings { frame, height, surf: &surf },
+            );
+        });
         rec.submit()?.wait()?;
-        Ok(image)
+        Ok([openness, surf])
     }
 }
 
@@ -194,6 +215,7 @@ pub struct Tracing<'a> {
     frame: Buffer<Frame>,
     dome: Buffer<f32>,
     openness: Image<R32f>,
+    surf: Image<R32f>,
     paths: Paths,
     sums: Sums,
     /// Paths that a submission has at work: as many as it can finish in time.
@@ -292,7 +314,7 @@ impl Tracing<'_> {
         count: u32,
         film: &Buffer<shaders::Pixel>,
     ) -> gpu::Result<()> {
-        let Tracing { tracer, scene, settings, tree, frame, dome, openness, paths, .. } = self;
+        let Tracing { tracer, scene, settings, tree, frame, dome, openness, surf, paths, .. } = self;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
         let Tree { nodes, triangles, facets, placements, materials } = tree;
         let ground = &scene.ground;
@@ -335,8 +357,20 @@ impl Tracing<'_> {
                     escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
                 rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
                 let queue = sea;
-                let bindings =
-                    sea::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
+                let height = &ground.height;
+                let bindings = sea::Bindings {
+                    frame,
+                    paths,
+                    hits,
+                    turns,
+                    queue,
+                    next,
+                    looks,
+                    features,
+                    dome,
+                    height,
+                    surf,
+                };
                 rec.dispatch(&tracer.sea, size, sea::Push { work }, bindings);
                 rec.dispatch(
                     &tracer.land,
@@ -356,6 +390,7 @@ impl Tracing<'_> {
                         height: &ground.height,
                         wetness: &ground.wetness,
                         reef: &ground.reef,
+                        water: &ground.water,
                         openness,
                     },
                 );
