@@ -286,6 +286,8 @@ fn directions_are_chosen_with_their_density() {
                     continue;
                 }
                 let [x, y, z] = trial.direction;
+                let length = Vec3::from(trial.direction).length();
+                assert!((length - 1.0).abs() < 1e-5, "{name}, {view:?}: {:?}", trial.direction);
                 let band = (z.clamp(-1.0, 1.0).acos() / std::f32::consts::PI * BANDS as f32) as usize;
                 let turn = y.atan2(x).rem_euclid(std::f32::consts::TAU) / std::f32::consts::TAU;
                 let sector = (turn * SECTORS as f32) as usize;
