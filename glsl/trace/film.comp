@@ -14,6 +14,8 @@ layout(binding = 0, scalar) readonly buffer Paths { Path paths[]; };
 layout(binding = 1, scalar) readonly buffer Features { Feature features[]; };
 layout(binding = 2, scalar) buffer Film { Pixel film[]; };
 
+layout(binding = 3, scalar) buffer Flaws { Flawed flaws[]; };   // one
+
 layout(push_constant, scalar) uniform Push {
     uint index;         // of the sample
     int first;          // of the pixels that are at work
@@ -21,12 +23,27 @@ layout(push_constant, scalar) uniform Push {
     float exposure;
 } push;
 
+bool finite(vec3 value) {
+    return !any(isnan(value)) && !any(isinf(value));
+}
+
+bool fits(vec3 value) {
+    return all(lessThanEqual(abs(value), vec3(LARGEST / STEPS)));
+}
+
 void main() {
     int slot = int(gl_GlobalInvocationID.x);
     if (slot >= push.count) return;
-    Pixel pixel = film[push.first + slot];
     vec3 radiance = push.exposure * paths[slot].radiance;
     Feature feature = features[slot];
+    bool sound = finite(radiance) && finite(feature.albedo) && finite(feature.normal) && finite(feature.position)
+              && finite(vec3(feature.depth));
+    if (!sound) {
+        atomicAdd(flaws[0].not_finite, 1u);
+        return;
+    }
+    if (!fits(radiance) || !fits(feature.position) || !fits(vec3(feature.depth))) atomicAdd(flaws[0].cut_off, 1u);
+    Pixel pixel = film[push.first + slot];
     for (int channel = 0; channel < 3; ++channel) {
         int64_t light = rounded(radiance[channel]);
         pixel.radiance[channel] += light;

@@ -31,6 +31,19 @@ impl Picture {
         self.pixels.par_iter().enumerate().map(develop).collect::<Vec<_>>().into_flattened()
     }
 
+    /// The part of it that begins at `origin` and has this size, pixels; it must lie in the picture.
+    pub fn cut(self, [left, top]: [u32; 2], [width, height]: [u32; 2]) -> Picture {
+        if [width, height] == [self.width, self.height] {
+            return self;
+        }
+        let mut part = Picture::new(width, height);
+        for (row, pixels) in part.pixels.chunks_mut(width as usize).enumerate() {
+            let start = (top as usize + row) * self.width as usize + left as usize;
+            pixels.copy_from_slice(&self.pixels[start..start + width as usize]);
+        }
+        part
+    }
+
     /// Copies a tile, `width` pixels wide, to where its upper left corner belongs.
     pub fn place(&mut self, [left, top]: [u32; 2], width: u32, tile: &[[f32; 4]]) {
         for (row, texels) in tile.chunks(width as usize).enumerate() {

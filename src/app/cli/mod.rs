@@ -8,6 +8,7 @@ mod convert;
 mod devices;
 mod export;
 mod man;
+mod merge;
 pub mod options;
 pub mod output;
 mod plant;
@@ -34,6 +35,7 @@ pub struct Cli {
 enum Verb {
     Render(render::Arguments),
     Export(export::Arguments),
+    Merge(merge::Arguments),
     Plant(plant::Arguments),
     Check(check::Arguments),
     Convert(convert::Arguments),
@@ -50,6 +52,7 @@ impl Cli {
         match &self.verb {
             Verb::Render(arguments) => render::run(arguments, session),
             Verb::Export(arguments) => export::run(arguments, session),
+            Verb::Merge(arguments) => merge::run(arguments, session),
             Verb::Plant(arguments) => plant::run(arguments, session),
             Verb::Check(arguments) => check::run(arguments, session),
             Verb::Convert(arguments) => convert::run(arguments, session),
@@ -67,6 +70,7 @@ impl Cli {
         match self.verb {
             Verb::Render(_) => "render",
             Verb::Export(_) => "export",
+            Verb::Merge(_) => "merge",
             Verb::Plant(_) => "plant",
             Verb::Check(_) => "check",
             Verb::Convert(_) => "convert",
@@ -92,6 +96,7 @@ impl Cli {
         match &self.verb {
             Verb::Render(arguments) => Some(&arguments.output),
             Verb::Export(arguments) => Some(&arguments.output),
+            Verb::Merge(arguments) => Some(&arguments.output),
             Verb::Plant(arguments) => Some(&arguments.output),
             Verb::Check(arguments) => Some(&arguments.output),
             Verb::Convert(arguments) => Some(&arguments.output),
