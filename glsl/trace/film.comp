@@ -27,10 +27,6 @@ bool finite(vec3 value) {
     return !any(isnan(value)) && !any(isinf(value));
 }
 
-bool fits(vec3 value) {
-    return all(lessThanEqual(abs(value), vec3(LARGEST / STEPS)));
-}
-
 void main() {
     int slot = int(gl_GlobalInvocationID.x);
     if (slot >= push.count) return;
@@ -42,17 +38,18 @@ void main() {
         atomicAdd(flaws[0].not_finite, 1u);
         return;
     }
-    if (!fits(radiance) || !fits(feature.position) || !fits(vec3(feature.depth))) atomicAdd(flaws[0].cut_off, 1u);
+    // Depths and positions at the horizon of a sea may be as far off as they like.
+    if (any(greaterThan(abs(radiance), vec3(LARGEST / STEPS)))) atomicAdd(flaws[0].cut_off, 1u);
     Pixel pixel = film[push.first + slot];
     for (int channel = 0; channel < 3; ++channel) {
-        int64_t light = rounded(radiance[channel]);
+        int64_t light = rounded(radiance[channel], STEPS);
         pixel.radiance[channel] += light;
         if ((push.index & 1u) == 1u) pixel.odd[channel] += light;
-        pixel.albedo[channel] += rounded(feature.albedo[channel]);
-        pixel.normal[channel] += rounded(feature.normal[channel]);
-        pixel.position[channel] += rounded(feature.position[channel]);
+        pixel.albedo[channel] += rounded(feature.albedo[channel], STEPS);
+        pixel.normal[channel] += rounded(feature.normal[channel], STEPS);
+        pixel.position[channel] += rounded(feature.position[channel], STEPS_IN_METRE);
     }
-    pixel.depth += rounded(feature.depth);
+    pixel.depth += rounded(feature.depth, STEPS_IN_METRE);
     pixel.covered += feature.depth > 0.0 ? 1u : 0u;
     if (push.index == 0u) pixel.object = feature.object;
     film[push.first + slot] = pixel;

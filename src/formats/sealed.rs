@@ -20,6 +20,8 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 const MAGIC: [u8; 8] = *b"terrane\x01";
+/// Bytes of the checksum.
+pub const SEAL: u64 = 32;
 /// No header is longer, bytes.
 const MAX_HEADER: usize = 4096;
 
@@ -168,6 +170,11 @@ impl Reader {
         values.resize(count, T::zeroed());
         self.fill(bytemuck::cast_slice_mut(&mut values))?;
         Ok(values)
+    }
+
+    /// Bytes that are left, with the checksum.
+    pub fn left(&self) -> u64 {
+        self.left
     }
 
     /// Finds out whether all that was read is what was written, and all of it.

@@ -20,8 +20,14 @@ impl Picture {
 
     /// 8-bit sRGB, three bytes a pixel. Steps of one value are dithered, so that skies show no bands.
     pub fn developed(&self, tone_map: ToneMap) -> Vec<u8> {
+        self.developed_from([0; 2], tone_map)
+    }
+
+    /// The same of a part of a picture that begins at `origin`: as it looks in the whole.
+    pub fn developed_from(&self, [left, top]: [u32; 2], tone_map: ToneMap) -> Vec<u8> {
         let develop = |(index, pixel): (usize, &[f32; 3])| {
-            let dither = dither(index % self.width as usize, index / self.width as usize);
+            let (column, row) = (index % self.width as usize, index / self.width as usize);
+            let dither = dither(left as usize + column, top as usize + row);
             let shown = match tone_map {
                 ToneMap::None => *pixel,
                 ToneMap::Filmic => filmic(*pixel),

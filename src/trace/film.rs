@@ -32,7 +32,7 @@ pub struct Crop {
 pub struct Flaws {
     /// Not a number, or infinite: they count as black.
     pub not_finite: u64,
-    /// Brighter or farther than sums can hold, and cut off there.
+    /// Brighter than sums can hold, and cut off there.
     pub cut_off: u64,
 }
 
@@ -51,6 +51,8 @@ pub const MOST_SAMPLES: u32 = 1 << 20;
 
 /// Steps in 1: the twin of `STEPS` in `glsl/lib/film.glsl`.
 const STEPS: f64 = 16_777_216.0;
+/// Of lengths, in a metre: the twin of `STEPS_IN_METRE`.
+const STEPS_IN_METRE: f64 = 4096.0;
 
 /// Most samples that a block gets before others have their turn. A power of two.
 const TURN: u32 = 16;
@@ -272,7 +274,7 @@ impl Sums {
             let [r, g, b] = pixel.radiance.map(|sum| mean(sum, samples));
             let [albedo_r, albedo_g, albedo_b] = pixel.albedo.map(|sum| mean(sum, samples));
             let [nx, ny, nz] = pixel.normal.map(|sum| mean(sum, covered));
-            let [px, py, pz] = pixel.position.map(|sum| mean(sum, covered));
+            let [px, py, pz] = pixel.position.map(|sum| mean_length(sum, covered));
             let [vr, vg, vb] = variance(pixel, range);
             let values = [
                 r,
@@ -288,7 +290,7 @@ impl Sums {
                 px,
                 py,
                 pz,
-                mean(pixel.depth, covered),
+                mean_length(pixel.depth, covered),
                 pixel.object as f32,
                 samples as f32,
                 vr,
@@ -343,6 +345,10 @@ const NEARLY_BLACK: f64 = 0.01;
 
 fn mean(sum: i64, samples: u32) -> f32 {
     (sum as f64 / (STEPS * f64::from(samples.max(1)))) as f32
+}
+
+fn mean_length(sum: i64, samples: u32) -> f32 {
+    (sum as f64 / (STEPS_IN_METRE * f64::from(samples.max(1)))) as f32
 }
 
 fn luminance([red, green, blue]: [f32; 3]) -> f32 {

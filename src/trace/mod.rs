@@ -297,9 +297,10 @@ impl Tracing<'_> {
         Ok(())
     }
 
-    /// What has been gathered, once nothing more is to come.
-    pub fn into_sums(self) -> Sums {
-        self.sums
+    /// Takes what has been gathered so far, and leaves nothing.
+    pub fn take_sums(&mut self) -> Sums {
+        self.piece = None;
+        std::mem::replace(&mut self.sums, Sums::new(0, 0))
     }
 
     /// What each of these rays meets first: land or an instance. The sea is not in the way.

@@ -13,6 +13,7 @@ use crate::trace::{Crop, Flaws, Sums};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
+use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -209,10 +210,10 @@ pub fn write(path: &Path, older: Option<&Path>, header: &Header, sums: Option<&S
 /// # Errors
 /// When it can't be read, or is damaged.
 pub fn open(path: &Path) -> Result<Option<Shard>, Error> {
-    if !sealed::verify(path)? {
-        return Ok(None);
-    }
-    let (header, reader): (Header, _) = sealed::Reader::open(path)?;
+    let (header, reader): (Header, _) = match sealed::Reader::open(path) {
+        Err(Error::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => return Ok(None),
+        opened => opened?,
+    };
     let Header { render, crop, .. } = &header;
     let [width, height] = render.size;
     if crop.pixels() == 0 || !crop.within(&Crop::whole(width, height)) {
@@ -221,6 +222,13 @@ pub fn open(path: &Path) -> Result<Option<Shard>, Error> {
     if !(render.exposure > 0.0 && render.exposure.is_finite()) {
         return Err(corrupt(path, "its exposure is none"));
     }
+    let sums = u128::from(Sums::blocks_of(crop)) * 4 + u128::from(crop.pixels()) * size_of::<Pixel>() as u128;
+    let promised = if header.finished.is_some() { 0 } else { sums };
+    if u128::from(reader.left()) != promised + u128::from(sealed::SEAL) {
+        return Err(corrupt(path, "it has another length than it should have"));
+    }
+    // Reads all of it, so that nothing that follows is about damaged bytes.
+    sealed::verify(path)?;
     Ok(Some(Shard { header, path: path.into(), reader }))
 }
 

@@ -10,12 +10,11 @@ use super::output::{Place, check_extension};
 use crate::app::memory::{self, Goal, check_picture};
 use crate::app::population::Garden;
 use crate::app::{Error, Session, interrupt, land};
-use crate::core::camera::Pinhole;
 use crate::formats::{self, exr::Layered, file};
 use crate::gpu::{self, Gpu};
 use crate::raster::{self, Quality};
 use crate::scene::{Film, Picture, Scene};
-use crate::trace::{Crop, Settings, Sums, Tracer};
+use crate::trace::{Crop, Sums, Tracer, Tracing};
 use crate::world::shard::Render;
 use crate::world::{self, Renderer, World};
 use checkpoint::{Checkpoint, Found};
@@ -97,10 +96,10 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let mut losses = 0;
     loop {
         match job.go_on(&mut work, session) {
-            Err(Error::Gpu(error @ gpu::Error::Lost { .. })) if losses < MOST_LOSSES && !interrupt::requested() => {
+            Err(Error::Gpu(gpu::Error::Lost { after })) if losses < MOST_LOSSES && !interrupt::requested() => {
                 losses += 1;
                 session.progress.end();
-                session.warn(format!("{error}. It is opened again, and the picture goes on ({losses} of {MOST_LOSSES})"));
+                session.warn(format!("the device was lost during {after}, and is opened again ({losses} of {MOST_LOSSES} times)"));
             }
             result => return result,
         }
@@ -200,10 +199,10 @@ impl<'a> Job<'a> {
         drop(simulation);
         let mut studio = Studio { gpu: &gpu, raster: None, tracer: None };
         while let Some(&shot) = work.shots.first() {
-            let mut tracing = world.tracing;
+            let mut settings = world.tracing;
             let keyed = shot.frame.and_then(|frame| world.camera_path.at(frame));
             let camera = keyed.map_or(view, |(camera, focus)| {
-                tracing.focus = focus;
+                settings.focus = focus;
                 camera
             });
             let population = garden.populate(&camera, &film, session)?;
@@ -211,7 +210,12 @@ impl<'a> Job<'a> {
             let scene = land::scene(world, ground.clone(), camera, population);
             match renderer {
                 Renderer::Raster => self.draw(&mut studio, shot, &scene, session)?,
-                Renderer::Trace => self.trace(&mut studio, shot, &scene, &pinhole, tracing, work, session)?,
+                Renderer::Trace => {
+                    session.progress.show("acceleration", 0, 1);
+                    let mut tracing = studio.tracer()?.begin(&scene, &film, &pinhole, settings)?;
+                    session.progress.show("acceleration", 1, 1);
+                    self.trace(&gpu, shot, &mut tracing, &mut work.gathered, session)?;
+                }
             }
             work.shots.remove(0);
         }
@@ -314,43 +318,29 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
-    #[allow(clippy::too_many_arguments)]
+    /// Traces from what was gathered before, or an earlier run has left; what is gathered by the time of an error is there for the
+    /// next attempt.
     fn trace(
         &self,
-        studio: &mut Studio,
+        gpu: &Gpu,
         shot: &Shot,
-        scene: &Scene,
-        camera: &Pinhole,
-        settings: Settings,
-        work: &mut Work,
+        tracing: &mut Tracing,
+        gathered: &mut Option<Sums>,
         session: &mut Session,
     ) -> Result<(), Error> {
-        let checkpoint = self.checkpoint(studio.gpu, shot)?;
-        let goal = self.goal(shot);
-        let mut gathered = work.gathered.take();
-        if gathered.is_none() && self.arguments.resume {
-            if let Found::Sums(sums) = checkpoint.load(session)? {
-                gathered = Some(sums);
-            }
+        let checkpoint = self.checkpoint(gpu, shot)?;
+        if gathered.is_none()
+            && self.arguments.resume
+            && let Found::Sums(sums) = checkpoint.load(session)?
+        {
+            *gathered = Some(sums);
         }
         let first = self.arguments.samples.as_ref().map_or(0, |samples| samples.start);
-        let gathered = gathered.unwrap_or_else(|| Sums::of(self.crop, first));
-        session.progress.show("acceleration", 0, 1);
-        let tracer = studio.tracer()?;
-        let begun = tracer.begin(scene, &self.film, camera, settings);
-        let mut tracing = match begun {
-            Ok(tracing) => tracing,
-            Err(error) => {
-                work.gathered = Some(gathered);
-                return Err(error.into());
-            }
-        };
-        session.progress.show("acceleration", 1, 1);
-        tracing.resume(gathered);
-        let result = goal.pursue(&mut tracing, &checkpoint, session);
-        let sums = tracing.into_sums();
-        if let Err(error) = result {
-            work.gathered = Some(sums);
+        tracing.resume(gathered.take().unwrap_or_else(|| Sums::of(self.crop, first)));
+        let pursued = self.goal(shot).pursue(tracing, &checkpoint, session);
+        let sums = tracing.take_sums();
+        if let Err(error) = pursued {
+            *gathered = Some(sums);
             return Err(error);
         }
         session.progress.end();
@@ -407,7 +397,7 @@ impl<'a> Job<'a> {
                 formats::exr::write_layered(path, part, false)?.0
             }
             "exr" => formats::exr::write_picture(path, size, &picture.pixels, 1.0 / self.film.exposure)?,
-            _ => formats::png::write_picture(path, size, &picture.developed(self.film.tone_map))?,
+            _ => formats::png::write_picture(path, size, &picture.developed_from(origin, self.film.tone_map))?,
         };
         session.progress.say(&format!("wrote {}, {} × {} pixels", path.display(), size[0], size[1]));
         match shot.frame {

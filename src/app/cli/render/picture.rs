@@ -10,7 +10,7 @@ use std::path::Path;
 pub fn write(path: &Path, render: &Render, sums: &Sums, half: bool) -> Result<(Written, u64), Error> {
     let crop = sums.crop();
     if formats::extension(path) != "exr" {
-        let developed = sums.picture().developed(render.film().tone_map);
+        let developed = sums.picture().developed_from(crop.origin, render.film().tone_map);
         return Ok((formats::png::write_picture(path, crop.size, &developed)?, 0));
     }
     let picture = Layered {
@@ -30,7 +30,7 @@ pub fn warnings(sums: &Sums, clamped: u64) -> Vec<String> {
     let sentences = [
         (clamped, "values are too large for 16-bit floats, and were cut off"),
         (flaws.not_finite, "samples were not finite, and count as black: that is a mistake of the program"),
-        (flaws.cut_off, "samples were too bright or too far for the sums, and were cut off; lower `render.exposure`"),
+        (flaws.cut_off, "samples were too bright for the sums, and were cut off; lower `render.exposure`"),
     ];
     let said = sentences.into_iter().filter(|(count, _)| *count > 0);
     said.map(|(count, sentence)| format!("{count} {sentence}")).collect()
