@@ -42,7 +42,15 @@ fn build(glsl: &Path, out: &Path) -> Result<(), String> {
     }
     write(&out.join("shaders.rs"), bindgen::rust(&programs)?.as_bytes())?;
     println!("cargo::rustc-env=TERRANE_CODE={:016x}", code(&programs)?);
+    println!("cargo::rustc-env=TERRANE_SHADERS={:016x}", shaders(&programs));
     Ok(())
+}
+
+/// A hash of all programs that run on devices: samples of another build are added to only if they were traced by the same ones.
+fn shaders(programs: &[shader::Program]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    programs.iter().flat_map(|program| &program.stages).for_each(|stage| stage.spirv.hash(&mut hasher));
+    hasher.finish()
 }
 
 /// A hash of all code that makes land: what another build has made is reused only if it was made by the same code.

@@ -2,6 +2,7 @@
 
 use crate::plants::planting;
 use crate::{bench, formats, gpu, terrain, world};
+use std::path::PathBuf;
 
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -33,9 +34,21 @@ pub enum Error {
     File(#[from] formats::Error),
     #[error("{0}")]
     Bench(String),
+    /// A picture keeps its noise.
+    #[error("{0}")]
+    Denoiser(String),
     /// Two pictures are not the same.
     #[error("{0}")]
     Differs(String),
+    /// A checkpoint belongs to another picture.
+    #[error(
+        "{} is the checkpoint of another picture: {}; make that one, or this one without --resume, which replaces it",
+        path.display(), differences.join("; ")
+    )]
+    OtherPicture { path: PathBuf, differences: Vec<String> },
+    /// Shards that are not the parts of one picture.
+    #[error("these shards don't make a picture: {0}")]
+    Shards(String),
     /// Vulkan was used wrongly.
     #[error("the Vulkan validation layer complains:\n{}", .0.join("\n"))]
     Validation(Vec<String>),
@@ -43,26 +56,34 @@ pub enum Error {
         0 => "no file was written".into(),
         written => format!("{written} files had been written, and are whole"),
     }, match kept {
-        Some(Kept) => "; the land so far is kept, and the same command goes on from there",
-        None => "",
+        Some(Kept::Land) => "; the land so far is kept, and the same command goes on from there".into(),
+        Some(Kept::Samples(path)) => {
+            format!("; the samples so far are in {}, and the same command with --resume goes on from there", path.display())
+        }
+        None => String::new(),
     })]
     Interrupted { written: usize, kept: Option<Kept> },
 }
 
-/// The state of an unfinished simulation is in the cache.
-#[derive(Clone, Copy, Debug)]
-pub struct Kept;
+/// What an interrupted run leaves to go on from.
+#[derive(Clone, Debug)]
+pub enum Kept {
+    /// The state of an unfinished simulation is in the cache.
+    Land,
+    /// What has been traced is in this checkpoint.
+    Samples(PathBuf),
+}
 
 /// What the process exits with, and why.
 pub const EXIT_CODES: &[(u8, &str)] = &[
     (0, "all went well"),
-    (1, "something else failed"),
+    (1, "something else failed; also shards that don't fit together"),
     (2, "the arguments make no sense"),
     (3, "something in the world file or an option is wrong"),
     (4, "no such device, or no driver"),
     (5, "the device was lost"),
     (6, "not enough memory"),
-    (7, "a file can't be read or written"),
+    (7, "a file can't be read or written, or is damaged"),
     (9, "`compare` found a difference"),
     (130, "interrupted; files that had been written are whole"),
 ];
@@ -82,7 +103,9 @@ impl Error {
                 gpu::Error::Vk { .. } => 1,
             },
             Error::File(_) | Error::Cache(_) => 7,
-            Error::Bench(_) | Error::Validation(_) => 1,
+            // Another picture was asked for than the file is of: that's no damage.
+            Error::Bench(_) | Error::Validation(_) | Error::OtherPicture { .. } | Error::Shards(_) => 1,
+            Error::Denoiser(_) => 1,
             Error::Differs(_) => 9,
             Error::Interrupted { .. } => 130,
         }

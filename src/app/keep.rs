@@ -124,7 +124,7 @@ impl<'a> Keeper<'a> {
             }
             self.position = Some(position);
         }
-        Some(Kept)
+        Some(Kept::Land)
     }
 
     /// A disk may have room again a while later; a state that is too large stays so.

@@ -49,6 +49,9 @@ pub fn simulate(gpu: &Gpu, world: &World, session: &mut Session) -> Result<Simul
             let kept = keeper.keep(&simulation, session);
             return Err(Error::Interrupted { written: session.report.written(), kept });
         }
+        if interrupt::writing_requested() {
+            keeper.keep(&simulation, session);
+        }
         session.progress.show(progress.stage.name(), progress.iteration.into(), progress.of.into());
         let before = progress;
         progress = simulation.step(SLICE)?;

@@ -1,6 +1,7 @@
 //! The program: what was typed becomes calls of the library; progress, interruption, the report of what came of it.
 
 mod cli;
+mod denoise;
 mod error;
 mod growth;
 mod interrupt;

@@ -11,8 +11,70 @@ use crate::terrain::{Layer, Simulation};
 use crate::world::World;
 use std::sync::Arc;
 
-/// Plants of a world on its finished land, as many of them as a picture of this size may show: ground cover is planted where
-/// the camera sees it.
+/// What of a world's plants does not depend on the camera: they have grown, and the ground for them is known.
+pub struct Garden<'a> {
+    world: &'a World,
+    kinds: Vec<Kind>,
+    models: Vec<Arc<Model>>,
+    ground: Ground,
+}
+
+impl<'a> Garden<'a> {
+    /// Grows the plants of a world, and measures its finished land.
+    pub fn new(
+        gpu: &Gpu,
+        world: &'a World,
+        simulation: &Simulation,
+        session: &mut Session,
+    ) -> Result<Self, Error> {
+        let bare = world.plants.rules.is_empty() && world.plants.standing.is_empty();
+        let (kinds, models) = if bare { Default::default() } else { grow(world, session)? };
+        let ground = ground(gpu, world, simulation)?;
+        Ok(Garden { world, kinds, models, ground })
+    }
+
+    /// Plants, as many of them as a picture of this size may show: ground cover is planted where the camera sees it.
+    pub fn populate(&self, camera: &Camera, film: &Film, session: &mut Session) -> Result<Population, Error> {
+        let Garden { world, kinds, ground, .. } = self;
+        let rules = &world.plants.rules;
+        let standing = &world.plants.standing;
+        if rules.is_empty() && standing.is_empty() {
+            return Ok(Population::default());
+        }
+        let camera = self.pinhole(camera, film);
+        // No more than this machine has room for.
+        let room = gpu::free_ram().map_or(u64::MAX, |bytes| bytes / PLANT_BYTES);
+        let others = world.plants.standing();
+        let mut planter =
+            Planter::new(rules, kinds, ground, &camera).beside(others).at_most(room.min(MOST_PLANTS));
+        loop {
+            let (done, of) = planter.progress();
+            session.progress.show("planting", done as u64, of as u64);
+            interrupt::check(&session.report)?;
+            if !planter.step()? {
+                break;
+            }
+        }
+        session.progress.end();
+        let mut models = self.models.clone();
+        let mut instances = planter.into_instances();
+        for Population { models: more, instances: others } in standing {
+            let first = models.len() as u32;
+            models.extend(more.iter().cloned());
+            instances.extend(others.iter().map(|other| Instance { model: first + other.model, ..*other }));
+        }
+        let instances: Arc<[_]> = instances.into();
+        session.progress.say(&told(&instances, &models));
+        Ok(Population { models, instances })
+    }
+
+    /// The camera of a picture of this size.
+    pub fn pinhole(&self, camera: &Camera, film: &Film) -> Pinhole {
+        pinhole(camera, film, &self.ground)
+    }
+}
+
+/// Plants of a world on its finished land, as one camera sees them.
 pub fn populate(
     gpu: &Gpu,
     world: &World,
@@ -21,37 +83,7 @@ pub fn populate(
     film: &Film,
     session: &mut Session,
 ) -> Result<Population, Error> {
-    let rules = &world.plants.rules;
-    let standing = &world.plants.standing;
-    if rules.is_empty() && standing.is_empty() {
-        return Ok(Population::default());
-    }
-    let (kinds, mut models) = grow(world, session)?;
-    let ground = ground(gpu, world, simulation)?;
-    let camera = pinhole(camera, film, &ground);
-    // No more than this machine has room for.
-    let room = gpu::free_ram().map_or(u64::MAX, |bytes| bytes / PLANT_BYTES);
-    let others = world.plants.standing();
-    let mut planter =
-        Planter::new(rules, &kinds, &ground, &camera).beside(others).at_most(room.min(MOST_PLANTS));
-    loop {
-        let (done, of) = planter.progress();
-        session.progress.show("planting", done as u64, of as u64);
-        interrupt::check(&session.report)?;
-        if !planter.step()? {
-            break;
-        }
-    }
-    session.progress.end();
-    let mut instances = planter.into_instances();
-    for Population { models: more, instances: others } in standing {
-        let first = models.len() as u32;
-        models.extend(more.iter().cloned());
-        instances.extend(others.iter().map(|other| Instance { model: first + other.model, ..*other }));
-    }
-    let instances: Arc<[_]> = instances.into();
-    session.progress.say(&told(&instances, &models));
-    Ok(Population { models, instances })
+    Garden::new(gpu, world, simulation, session)?.populate(camera, film, session)
 }
 
 fn told(instances: &[Instance], models: &[Arc<Model>]) -> String {

@@ -17,7 +17,10 @@ pub struct Report {
     pub device: Option<String>,
     pub stages: Vec<Stage>,
     outputs: Vec<Output>,
-    frames: Vec<Output>,
+    frames: Vec<Frame>,
+    /// What a later run can go on from, with --resume.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub checkpoint: Option<String>,
     pub warnings: Vec<String>,
     /// What only this verb has to say, under its own name.
     #[serde(flatten)]
@@ -61,10 +64,27 @@ struct Output {
     sha256: String,
 }
 
+/// A picture of a film.
+#[derive(Serialize)]
+struct Frame {
+    number: u32,
+    /// Whether it had been finished by an earlier run.
+    found: bool,
+    #[serde(flatten)]
+    output: Output,
+}
+
 #[derive(Serialize)]
 struct Failure {
     exit_code: u8,
     message: String,
+}
+
+impl Output {
+    fn of(file: &Written) -> Self {
+        let path = file.path.to_string_lossy().into_owned();
+        Output { path, bytes: file.bytes, sha256: file.sha256.clone() }
+    }
 }
 
 impl Report {
@@ -78,6 +98,7 @@ impl Report {
             stages: Vec::new(),
             outputs: Vec::new(),
             frames: Vec::new(),
+            checkpoint: None,
             warnings: Vec::new(),
             details: None,
             error: None,
@@ -85,13 +106,17 @@ impl Report {
     }
 
     pub fn wrote(&mut self, file: &Written) {
-        let path = file.path.to_string_lossy().into_owned();
-        self.outputs.push(Output { path, bytes: file.bytes, sha256: file.sha256.clone() });
+        self.outputs.push(Output::of(file));
     }
 
-    /// How many files there are.
+    /// A frame is there, made now or `found`.
+    pub fn frame(&mut self, number: u32, file: &Written, found: bool) {
+        self.frames.push(Frame { number, found, output: Output::of(file) });
+    }
+
+    /// How many files were written.
     pub fn written(&self) -> usize {
-        self.outputs.len()
+        self.outputs.len() + self.frames.iter().filter(|frame| !frame.found).count()
     }
 
     pub fn fail(&mut self, exit_code: u8, error: &dyn Display) {

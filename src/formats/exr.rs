@@ -6,7 +6,7 @@ use exr::block::reader::ChunksReader;
 use exr::block::{self, UncompressedBlock};
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, SpecificChannels};
 use exr::math::Vec2;
-use exr::meta::attribute::{Chromaticities, LineOrder, SampleType, Text};
+use exr::meta::attribute::{Chromaticities, IntegerBounds, LineOrder, SampleType, Text};
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use exr::prelude::{Blocks, Compression, WritableImage, f16};
 use std::io::{self, BufReader};
@@ -37,10 +37,14 @@ pub fn write_picture(
     file::write(path, |writer| image.write().to_buffered(writer).map_err(plain))
 }
 
-/// A picture with layers of what it shows, scene-linear.
+/// A picture with layers of what it shows, or a part of one, scene-linear.
 pub struct Layered {
-    /// Width and height, pixels.
+    /// Width and height of what the channels hold, pixels.
     pub size: [u32; 2],
+    /// Its upper left corner in all of the picture.
+    pub origin: [u32; 2],
+    /// Width and height of all of the picture.
+    pub whole: [u32; 2],
     /// What the value 1 of R, G and B stands for, cd/m².
     pub white_luminance: f32,
     /// What it is a picture of and how it was made: no times, no names of machines.
@@ -55,7 +59,7 @@ pub struct Layered {
 /// # Errors
 /// Those of [`file::write()`].
 pub fn write_layered(path: &Path, picture: Layered, half: bool) -> Result<(Written, u64), Error> {
-    let Layered { size, white_luminance, comments, channels } = picture;
+    let Layered { size, origin, whole, white_luminance, comments, channels } = picture;
     let mut clamped = 0;
     let channels = channels.into_iter().map(|(name, values)| {
         let samples =
@@ -68,10 +72,13 @@ pub fn write_layered(path: &Path, picture: Layered, half: bool) -> Result<(Writt
         software_name: Text::new_or_none(concat!("terrane ", env!("CARGO_PKG_VERSION"))),
         // The order of attributes that the format does not know is not kept, so that all of ours are one.
         comments: Text::new_or_none(&comments),
+        layer_position: Vec2(origin[0] as i32, origin[1] as i32),
         ..LayerAttributes::default()
     };
     let mut image = Image::from_layer(Layer::new(extent(size), attributes, lossless(), channels));
     image.attributes.chromaticities = Some(REC_709);
+    // What the channels hold is the data window in it.
+    image.attributes.display_window = IntegerBounds::from_dimensions(extent(whole));
     let written = file::write(path, |writer| image.write().to_buffered(writer).map_err(plain))?;
     Ok((written, clamped))
 }

@@ -33,13 +33,32 @@ pub fn write(
     Ok(Written { path: path.into(), bytes, sha256 })
 }
 
-/// Writes a file as [`write()`] does, and does not read it again to say what it holds.
+/// Writes a file as [`write()`] does, and does not read it again to say what it holds. What bore its name bears the name `older`
+/// then, if that is given: at any time there is a whole file of one of these names.
 ///
 /// # Errors
 /// Those of [`write()`].
-pub fn replace(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<(), Error> {
+pub fn replace_keeping(
+    path: &Path,
+    older: Option<&Path>,
+    fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<(), Error> {
     let target = Target::new(path)?;
-    target.write(fill, |_| Ok(())).map_err(|source| Error::Write { path: path.into(), source })
+    let keep = |_: &File| match older.map(|older| fs::rename(&target.path, older)) {
+        Some(Err(error)) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    };
+    target.write(fill, keep).map_err(|source| Error::Write { path: path.into(), source })
+}
+
+/// A file that is there already, as if it had just been written.
+///
+/// # Errors
+/// When it can't be read.
+pub fn found(path: &Path) -> Result<Written, Error> {
+    let (file, _) = super::open(path)?;
+    let (bytes, sha256) = measure(&file).map_err(|source| Error::Read { path: path.into(), source })?;
+    Ok(Written { path: path.into(), bytes, sha256 })
 }
 
 /// Finds out whether [`write()`] would work, without leaving anything behind: asked before minutes of simulation.

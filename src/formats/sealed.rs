@@ -5,12 +5,13 @@
 //! | 8 | the letters `terrane` and the version of this format |
 //! | 4 | length of the header, little-endian |
 //! | … | header, JSON |
-//! | … | blocks of 32-bit floats, in the machine's byte order: the files don't travel |
+//! | … | blocks of numbers, in the machine's byte order: the files don't travel between kinds of processors |
 //! | 32 | SHA-256 of all before |
 //!
-//! The header says how many floats there are; whoever reads compares that with what it expects before it takes memory.
+//! The header says how many numbers there are; whoever reads compares that with what it expects before it takes memory.
 
 use super::{Error, file, open};
+use bytemuck::{AnyBitPattern, NoUninit};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
@@ -19,6 +20,8 @@ use std::io::{self, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 const MAGIC: [u8; 8] = *b"terrane\x01";
+/// Bytes of the checksum.
+pub const SEAL: u64 = 32;
 /// No header is longer, bytes.
 const MAX_HEADER: usize = 4096;
 
@@ -31,13 +34,26 @@ pub fn write(
     header: &impl Serialize,
     fill: impl FnOnce(&mut Writer) -> io::Result<()>,
 ) -> Result<(), Error> {
+    write_keeping(path, None, header, fill)
+}
+
+/// Writes a file as [`write()`] does; the one that bore its name is then called `older`, if that is given.
+///
+/// # Errors
+/// Those of [`write()`].
+pub fn write_keeping(
+    path: &Path,
+    older: Option<&Path>,
+    header: &impl Serialize,
+    fill: impl FnOnce(&mut Writer) -> io::Result<()>,
+) -> Result<(), Error> {
     let header = serde_json::to_vec(header).map_err(io::Error::other);
     let header = header.and_then(|header| match header.len() {
         0..=MAX_HEADER => Ok(header),
         length => Err(io::Error::other(format!("a header of {length} bytes"))),
     });
     let header = header.map_err(|source| Error::Write { path: path.into(), source })?;
-    file::replace(path, |file| {
+    file::replace_keeping(path, older, |file| {
         let mut writer = Writer { file, digest: Sha256::new() };
         writer.bytes(&MAGIC)?;
         writer.bytes(&(header.len() as u32).to_le_bytes())?;
@@ -61,13 +77,42 @@ pub struct Writer<'a, 'b> {
 
 impl Writer<'_, '_> {
     pub fn block(&mut self, floats: &[f32]) -> io::Result<()> {
-        self.bytes(bytemuck::cast_slice(floats))
+        self.values(floats)
+    }
+
+    pub fn values<T: NoUninit>(&mut self, values: &[T]) -> io::Result<()> {
+        self.bytes(bytemuck::cast_slice(values))
     }
 
     fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
         self.digest.update(bytes);
         self.file.write_all(bytes)
     }
+}
+
+/// Finds out whether a file is whole, in little memory: false if there is none.
+///
+/// # Errors
+/// When it is damaged, or can't be read.
+pub fn verify(path: &Path) -> Result<bool, Error> {
+    let (file, length) = match open(path) {
+        Err(Error::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => return Ok(false),
+        opened => opened?,
+    };
+    let Some(sealed) = length.checked_sub(32) else { return Err(corrupt(path, "it ends too early")) };
+    let (mut reader, mut digest) = (BufReader::new(file), Sha256::new());
+    let (mut left, mut chunk) = (sealed, vec![0; 1 << 16]);
+    let failed = |source| Error::Read { path: path.into(), source };
+    while left > 0 {
+        let part = &mut chunk[..left.min(1 << 16) as usize];
+        reader.read_exact(part).map_err(failed)?;
+        digest.update(&*part);
+        left -= part.len() as u64;
+    }
+    let mut seal = [0; 32];
+    reader.read_exact(&mut seal).map_err(failed)?;
+    let expected: [u8; 32] = digest.finalize().into();
+    if seal == expected { Ok(true) } else { Err(corrupt(path, "its checksum is another")) }
 }
 
 /// A sealed file that is being read. Nothing that it holds is to be trusted before [`Reader::finish`].
@@ -106,12 +151,30 @@ impl Reader {
     /// # Errors
     /// When it has not, or can't be read.
     pub fn block(&mut self, floats: usize) -> Result<Vec<f32>, Error> {
-        if floats as u64 > self.left / 4 {
+        self.values(floats)
+    }
+
+    /// The same with values of any type that takes any bits.
+    ///
+    /// # Errors
+    /// Those of [`Reader::block`], and no memory.
+    pub fn values<T: NoUninit + AnyBitPattern>(&mut self, count: usize) -> Result<Vec<T>, Error> {
+        if count as u64 > self.left / size_of::<T>() as u64 {
             return Err(self.corrupt("it ends too early"));
         }
-        let mut block = vec![0.0; floats];
-        self.fill(bytemuck::cast_slice_mut(&mut block))?;
-        Ok(block)
+        let mut values = Vec::new();
+        values.try_reserve_exact(count).map_err(|_| Error::Read {
+            path: self.path.clone(),
+            source: io::ErrorKind::OutOfMemory.into(),
+        })?;
+        values.resize(count, T::zeroed());
+        self.fill(bytemuck::cast_slice_mut(&mut values))?;
+        Ok(values)
+    }
+
+    /// Bytes that are left, with the checksum.
+    pub fn left(&self) -> u64 {
+        self.left
     }
 
     /// Finds out whether all that was read is what was written, and all of it.

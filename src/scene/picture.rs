@@ -18,10 +18,26 @@ impl Picture {
         Picture { width, height, pixels: vec![[0.0; 3]; width as usize * height as usize] }
     }
 
+    /// The picture that the channels R, G and B hold, of `size` = [width, height] pixels. A channel that isn't there is black.
+    pub fn of([width, height]: [u32; 2], channels: &[(String, Vec<f32>)]) -> Self {
+        let mut picture = Picture::new(width, height);
+        for (channel, name) in ["R", "G", "B"].into_iter().enumerate() {
+            let values = channels.iter().filter(|(known, _)| known == name).flat_map(|(_, values)| values);
+            picture.pixels.iter_mut().zip(values).for_each(|(pixel, value)| pixel[channel] = *value);
+        }
+        picture
+    }
+
     /// 8-bit sRGB, three bytes a pixel. Steps of one value are dithered, so that skies show no bands.
     pub fn developed(&self, tone_map: ToneMap) -> Vec<u8> {
+        self.developed_from([0; 2], tone_map)
+    }
+
+    /// The same of a part of a picture that begins at `origin`: as it looks in the whole.
+    pub fn developed_from(&self, [left, top]: [u32; 2], tone_map: ToneMap) -> Vec<u8> {
         let develop = |(index, pixel): (usize, &[f32; 3])| {
-            let dither = dither(index % self.width as usize, index / self.width as usize);
+            let (column, row) = (index % self.width as usize, index / self.width as usize);
+            let dither = dither(left as usize + column, top as usize + row);
             let shown = match tone_map {
                 ToneMap::None => *pixel,
                 ToneMap::Filmic => filmic(*pixel),
@@ -29,6 +45,19 @@ impl Picture {
             shown.map(|channel| srgb8_from_linear(channel, dither))
         };
         self.pixels.par_iter().enumerate().map(develop).collect::<Vec<_>>().into_flattened()
+    }
+
+    /// The part of it that begins at `origin` and has this size, pixels; it must lie in the picture.
+    pub fn cut(self, [left, top]: [u32; 2], [width, height]: [u32; 2]) -> Picture {
+        if [width, height] == [self.width, self.height] {
+            return self;
+        }
+        let mut part = Picture::new(width, height);
+        for (row, pixels) in part.pixels.chunks_mut(width as usize).enumerate() {
+            let start = (top as usize + row) * self.width as usize + left as usize;
+            pixels.copy_from_slice(&self.pixels[start..start + width as usize]);
+        }
+        part
     }
 
     /// Copies a tile, `width` pixels wide, to where its upper left corner belongs.

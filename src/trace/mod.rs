@@ -21,7 +21,7 @@ use crate::shaders::{
 use glam::Vec3;
 use std::time::{Duration, Instant};
 
-pub use film::Sums;
+pub use film::{Crop, Flaws, MOST_SAMPLES, Sums};
 
 use film::Block;
 use tree::Tree;
@@ -228,30 +228,37 @@ pub struct Tracing<'a> {
 struct Piece {
     block: Block,
     film: Buffer<shaders::Pixel>,
+    flaws: Buffer<shaders::Flawed>,
     /// The sample that comes next, and the first pixel that is to have it.
     index: u32,
     first: u32,
 }
 
 impl Tracing<'_> {
-    /// Traces the next piece of the picture, towards `samples` a pixel: as much as one submission does. What a piece has gathered
-    /// counts when all of its block is done. False if nothing is left.
+    /// Goes on from what was gathered before: decides which pixels and samples are traced, too, and must be of this picture.
+    pub fn resume(&mut self, sums: Sums) {
+        (self.sums, self.piece) = (sums, None);
+    }
+
+    /// Traces the next piece of the picture, towards the sample of every pixel with the number `end`: as much as one submission does.
+    /// What a piece has gathered counts when all of its block is done. False if nothing is left.
     ///
     /// # Errors
     /// A lost device, or no memory.
-    pub fn step(&mut self, samples: u32) -> gpu::Result<bool> {
+    pub fn step(&mut self, end: u32) -> gpu::Result<bool> {
         let mut piece = match self.piece.take() {
             Some(piece) => piece,
             None => {
-                let Some(block) = self.sums.next(samples) else { return Ok(false) };
+                let Some(block) = self.sums.next(end) else { return Ok(false) };
                 let film = Buffer::new(&self.tracer.gpu, "film", block.pixels() as usize)?;
-                Piece { index: block.samples.start, first: 0, block, film }
+                let flaws = Buffer::new(&self.tracer.gpu, "flaws", 1)?;
+                Piece { index: block.samples.start, first: 0, block, film, flaws }
             }
         };
         let pixels = piece.block.pixels();
         let count = self.count.min(pixels - piece.first);
         let begun = Instant::now();
-        self.trace(&piece.block, piece.index, piece.first, count, &piece.film)?;
+        self.trace(&piece, count)?;
         self.adapt(begun.elapsed(), count);
         piece.first += count;
         if piece.first == pixels {
@@ -261,11 +268,39 @@ impl Tracing<'_> {
             self.piece = Some(piece);
             return Ok(true);
         }
-        let mut rec = Recorder::new(&self.tracer.gpu);
-        let download = rec.download(&piece.film);
-        let finished = rec.submit()?.wait()?;
-        self.sums.add(&piece.block, &download.take(&finished));
+        self.count_in(&piece)?;
         Ok(true)
+    }
+
+    /// Lets what is under way count, as far as it has come: its pixels get the sample that some of them have.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn settle(&mut self) -> gpu::Result<()> {
+        while self.piece.as_ref().is_some_and(|piece| piece.first > 0) {
+            self.step(0)?;
+        }
+        let Some(mut piece) = self.piece.take() else { return Ok(()) };
+        piece.block.samples.end = piece.index;
+        self.count_in(&piece)
+    }
+
+    fn count_in(&mut self, piece: &Piece) -> gpu::Result<()> {
+        let mut rec = Recorder::new(&self.tracer.gpu);
+        let (film, flaws) = (rec.download(&piece.film), rec.download(&piece.flaws));
+        let finished = rec.submit()?.wait()?;
+        let flaws = flaws.take(&finished).first().map_or_else(Flaws::default, |flawed| Flaws {
+            not_finite: flawed.not_finite.into(),
+            cut_off: flawed.cut_off.into(),
+        });
+        self.sums.add(&piece.block, &film.take(&finished), flaws);
+        Ok(())
+    }
+
+    /// Takes what has been gathered so far, and leaves nothing.
+    pub fn take_sums(&mut self) -> Sums {
+        self.piece = None;
+        std::mem::replace(&mut self.sums, Sums::new(0, 0))
     }
 
     /// What each of these rays meets first: land or an instance. The sea is not in the way.
@@ -305,15 +340,9 @@ impl Tracing<'_> {
         &self.sums
     }
 
-    /// One sample of `count` pixels of the block.
-    fn trace(
-        &self,
-        block: &Block,
-        index: u32,
-        first: u32,
-        count: u32,
-        film: &Buffer<shaders::Pixel>,
-    ) -> gpu::Result<()> {
+    /// The next sample of the next `count` pixels of the piece.
+    fn trace(&self, piece: &Piece, count: u32) -> gpu::Result<()> {
+        let &Piece { ref block, ref film, ref flaws, index, first } = piece;
         let Tracing { tracer, scene, settings, tree, frame, dome, openness, surf, paths, .. } = self;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
         let Tree { nodes, triangles, facets, placements, materials } = tree;
@@ -428,7 +457,7 @@ impl Tracing<'_> {
             &tracer.add,
             size,
             add::Push { index, first, count, exposure: self.film.exposure },
-            add::Bindings { paths, features, film },
+            add::Bindings { paths, features, film, flaws },
         );
         rec.submit()?.wait()?;
         Ok(())

@@ -9,6 +9,7 @@ use super::{models, planting, species};
 use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
 use crate::terrain::{Boundary, FARTHEST_GROUND, hydraulic, reef, thermal};
+use crate::trace::MOST_SAMPLES;
 
 pub const NONE: Unit = Unit { symbol: "", factor: 1.0 };
 pub const M: Unit = Unit { symbol: "m", factor: 1.0 };
@@ -662,8 +663,30 @@ section! {
         aperture: f32 = number(0.0, M, 0.0..=10.0),
         /// Distance of what is sharp.
         focus: f32 = number(10.0, M, 1e-3..=1e6),
+        /// Where the camera is in some frames of a film, in their order: `terrane render --frames` makes pictures of these and of all
+        /// between them, where it moves smoothly and never beyond its keyframes. A picture by itself is seen from `view`.
+        keyframes: Vec<Keyframe> = list(table::<Keyframe>(), 0..=10_000, "[]"),
     }
 }
+
+section! {
+    /// The camera in a numbered frame. What a keyframe does not say is as in the one before it.
+    struct Keyframe {
+        /// Number of the frame.
+        frame: u32 = whole(0, 0..=MOST_FRAMES),
+        /// Where the camera stands: metres east, up and south of the middle of the terrain at the datum; above the sea.
+        position: Option<[f32; 3]> = optional(numbers([0.0; 3], M, -1e7..=1e7), "as in the keyframe before"),
+        /// What it looks at.
+        target: Option<[f32; 3]> = optional(numbers([0.0; 3], M, -1e7..=1e7), "as in the keyframe before"),
+        /// Vertical field of view.
+        fov: Option<f32> = optional(number(38.0, DEGREES, 1.0..=170.0), "as before, `camera.fov` in the first"),
+        /// Distance of what is sharp.
+        focus: Option<f32> = optional(number(10.0, M, 1e-3..=1e6), "as before, `camera.focus` in the first"),
+    }
+}
+
+/// Largest number of a frame.
+pub const MOST_FRAMES: u32 = 10_000_000;
 
 #[derive(Clone, Debug)]
 pub enum View {
@@ -737,7 +760,7 @@ section! {
             ("trace", "by path tracing: light as it goes, and the longer the cleaner", Renderer::Trace),
         ]),
         /// Samples a pixel, when it is traced.
-        spp: u32 = whole(64, 1..=1 << 24),
+        spp: u32 = whole(64, 1..=MOST_SAMPLES),
         /// Most scatterings that light takes on its way to the eye, when it is traced. With 0 only lights are seen.
         bounces: u32 = whole(8, 0..=1000),
         /// Materials have the mean of their colours and nothing else, neither noise nor relief nor gloss, when the picture is

@@ -17,11 +17,12 @@ mod planting;
 mod reference;
 pub mod schema;
 mod settings;
+pub mod shard;
 pub mod species;
 pub mod thesis;
 
 pub use json_schema::{json_schema, json_schema_of_species};
-pub use keys::Renderer;
+pub use keys::{MOST_FRAMES, Renderer};
 pub use place::KeyPath;
 pub use reference::{reference, reference_of_species};
 
@@ -59,6 +60,8 @@ pub struct World {
     /// Where the species of [`World::plants`] are written.
     pub written: Vec<species::Source>,
     pub viewpoint: scene::Viewpoint,
+    /// The way of the camera through a film.
+    pub camera_path: scene::CameraPath,
     /// Vertical field of view, radians.
     pub fov: f32,
     pub film: scene::Film,
@@ -196,7 +199,7 @@ fn parse_made(
     })?;
 
     let path = PathBuf::from(name);
-    let plan::Planned { plan, light, viewpoint, film, models, mut rules, standing, mut warnings } = planned;
+    let plan::Planned { plan, light, viewpoint, camera_path, film, models, mut rules, standing, mut warnings } = planned;
     for rule in &mut rules {
         if let Some(file) = origins.of(&KeyPath::from(rule.name.as_str())) {
             rule.name = file.into();
@@ -217,6 +220,7 @@ fn parse_made(
         plants: plants::planting::Plan { species, models, rules, standing },
         written: places,
         viewpoint,
+        camera_path,
         fov: camera.fov,
         film,
         renderer: render.renderer,

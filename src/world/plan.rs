@@ -24,6 +24,7 @@ pub struct Planned {
     pub plan: Plan,
     pub light: scene::Light,
     pub viewpoint: scene::Viewpoint,
+    pub camera_path: scene::CameraPath,
     pub film: scene::Film,
     pub models: Vec<Arc<scene::Model>>,
     pub rules: Vec<plants::planting::Rule>,
@@ -54,6 +55,7 @@ pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
     check.surface(&world.surface);
     let light = check.light(world);
     let viewpoint = check.viewpoint(&world.camera.view, &plan);
+    let camera_path = check.camera_path(&world.camera, plan.final_sea_level());
     let [width, height] = world.render.size;
     let film =
         scene::Film { width, height, exposure: world.render.exposure, tone_map: world.render.tone_map };
@@ -67,7 +69,7 @@ pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
     models::warn_of_unused(&models, count, &rules, &mut check);
     let Check { faults, warnings, .. } = check;
     if faults.is_empty() {
-        Ok(Planned { plan, light, viewpoint, film, models, rules, standing, warnings })
+        Ok(Planned { plan, light, viewpoint, camera_path, film, models, rules, standing, warnings })
     } else {
         Err(faults)
     }
@@ -540,9 +542,41 @@ impl Check<'_> {
         }
     }
 
+    /// The camera's way, with what each keyframe leaves out.
+    fn camera_path(&mut self, camera: &keys::Camera, sea_level: f32) -> scene::CameraPath {
+        let (mut at, mut to, mut fov, mut focus) = (None, None, camera.fov, camera.focus);
+        let mut path = scene::CameraPath::default();
+        for (index, key) in camera.keyframes.iter().enumerate() {
+            let place = KeyPath::from("camera.keyframes").join(index);
+            at = key.position.or(at);
+            to = key.target.or(to);
+            (fov, focus) = (key.fov.unwrap_or(fov), key.focus.unwrap_or(focus));
+            if let Some(before) = path.keys.last().filter(|before| before.frame >= key.frame) {
+                let label = format!("allowed: more than {}, the frame of the keyframe before", before.frame);
+                self.refuse(&[place.join("frame"), place.clone()], Complaint::new("is out of order", label));
+            }
+            for (name, value) in [("position", at), ("target", to)] {
+                if value.is_none() {
+                    let complaint = Complaint::new("is missing", "the first keyframe must say it");
+                    self.refuse(&[place.join(name), place.clone()], complaint.about_key());
+                }
+            }
+            let (Some(position), Some(target)) = (at, to) else { return path };
+            self.stands(&place, position, target, sea_level);
+            let (position, target) = (position.into(), target.into());
+            path.keys.push(scene::Keyframe { frame: key.frame, position, target, fov, focus });
+        }
+        path
+    }
+
     fn look_at(&mut self, look: &keys::LookAt, sea_level: f32) -> scene::View {
         let &keys::LookAt { position, target } = look;
-        let place = KeyPath::from("camera.view.look_at");
+        self.stands(&KeyPath::from("camera.view.look_at"), position, target, sea_level);
+        scene::View::LookAt { position: position.into(), target: target.into() }
+    }
+
+    /// Refuses a camera that looks nowhere, or is under the sea.
+    fn stands(&mut self, place: &KeyPath, position: [f32; 3], target: [f32; 3], sea_level: f32) {
         if position == target {
             let complaint = Complaint::new("is where the camera stands", "another point than `position`");
             self.refuse(&[place.join("target"), place.join("position")], complaint);
@@ -553,7 +587,6 @@ impl Check<'_> {
                 .help("raise its second number, or lower `sea.level`");
             self.refuse(&[place.join("position"), "sea.level".into()], complaint);
         }
-        scene::View::LookAt { position: position.into(), target: target.into() }
     }
 
     fn stand(&mut self, stand: &keys::Stand, grid: Grid) -> scene::Stand {

@@ -9,6 +9,7 @@ mod convert;
 mod devices;
 mod export;
 mod man;
+mod merge;
 pub mod options;
 pub mod output;
 mod plant;
@@ -35,6 +36,7 @@ pub struct Cli {
 enum Verb {
     Render(render::Arguments),
     Export(export::Arguments),
+    Merge(merge::Arguments),
     Plant(plant::Arguments),
     Check(check::Arguments),
     Compare(compare::Arguments),
@@ -52,6 +54,7 @@ impl Cli {
         match &self.verb {
             Verb::Render(arguments) => render::run(arguments, session),
             Verb::Export(arguments) => export::run(arguments, session),
+            Verb::Merge(arguments) => merge::run(arguments, session),
             Verb::Plant(arguments) => plant::run(arguments, session),
             Verb::Check(arguments) => check::run(arguments, session),
             Verb::Compare(arguments) => compare::run(arguments, session),
@@ -70,6 +73,7 @@ impl Cli {
         match self.verb {
             Verb::Render(_) => "render",
             Verb::Export(_) => "export",
+            Verb::Merge(_) => "merge",
             Verb::Plant(_) => "plant",
             Verb::Check(_) => "check",
             Verb::Compare(_) => "compare",
@@ -96,6 +100,7 @@ impl Cli {
         match &self.verb {
             Verb::Render(arguments) => Some(&arguments.output),
             Verb::Export(arguments) => Some(&arguments.output),
+            Verb::Merge(arguments) => Some(&arguments.output),
             Verb::Plant(arguments) => Some(&arguments.output),
             Verb::Check(arguments) => Some(&arguments.output),
             Verb::Compare(arguments) => Some(&arguments.output),
@@ -114,6 +119,8 @@ fn after_help() -> String {
     format!(
         "Examples:\n  terrane render island.toml -o island.png\n  \
          terrane render island.toml --set terrain.cells=256 --set erosion.hydraulic.rain=200\n  \
+         terrane render island.toml --renderer trace --spp 256 -o island.exr --resume\n  \
+         terrane render island.toml --frames 0..240 -o frames/%05d.png\n  \
          terrane export island.toml --layer all -o island/\n  \
          terrane export island.toml --preset unreal -o unreal/\n  \
          terrane plant oak.toml -o oak.png\n  \

@@ -1,24 +1,36 @@
-//! `terrane render`: a picture of a world.
+//! `terrane render`: a picture of a world, a part of one, or the frames of a film.
 
+mod checkpoint;
+mod frames;
+pub mod picture;
 mod trace;
 
 use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
-use crate::app::memory::{self, Goal, Limits, check_picture};
-use crate::app::{Error, Session, interrupt, land, population};
-use crate::formats;
-use crate::gpu::Gpu;
+use crate::app::memory::{self, Goal, check_picture};
+use crate::app::denoise::Denoiser;
+use crate::app::population::Garden;
+use crate::app::{Error, Session, interrupt, land};
+use crate::formats::{self, exr::Layered, file, file::Written};
+use crate::gpu::{self, Gpu};
 use crate::raster::{self, Quality};
 use crate::scene::{Film, Picture, Scene};
-use crate::world::{Renderer, World};
+use crate::trace::{Crop, Sums, Tracer, Tracing};
+use crate::world::shard::Render;
+use crate::world::{self, Renderer, World};
+use checkpoint::{Checkpoint, Found};
 use clap::{Args, ValueHint};
+use frames::Name;
+use picture::Finish;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use trace::Shot;
+use trace::Noise;
 
-/// Render a picture of a world
+/// Render a picture of a world, a part of one, or the frames of a film
 #[derive(Args)]
 pub struct Arguments {
-    /// Picture to write, .png or .exr, or a folder for it [default: ./<world>.png, or what a folder of settings says]
+    /// Picture to write, .png or .exr, or a folder for it; a name with %05d for frames, .shard for samples [default: ./<world>.png,
+    /// or what a folder of settings says]
     #[arg(short, value_name = "OUT", value_hint = ValueHint::AnyPath)]
     out: Option<PathBuf>,
 
@@ -29,6 +41,27 @@ pub struct Arguments {
     /// How the picture is made: raster, or trace for path tracing [default: the world's]
     #[arg(long, value_name = "NAME", value_parser = method)]
     renderer: Option<Renderer>,
+
+    /// Make only these pixels of the picture: the same as in all of it
+    #[arg(long, value_name = "X,Y,W,H", value_parser = frames::crop)]
+    crop: Option<Crop>,
+
+    /// Make these frames of the way that the world's camera.keyframes describe, B not among them
+    #[arg(long, value_name = "A..B", value_parser = frames::frames)]
+    frames: Option<Range<u32>>,
+
+    /// Trace only these samples of every pixel, B not among them, and write a shard for `terrane merge`
+    #[arg(long, value_name = "A..B", value_parser = frames::samples, requires = "of",
+          conflicts_with_all = ["spp", "time_limit", "noise", "half", "denoise", "frames"])]
+    samples: Option<Range<u32>>,
+
+    /// Samples a pixel of the picture that the shards will make
+    #[arg(long, value_name = "N", requires = "samples", value_parser = clap::value_parser!(u32).range(1..))]
+    of: Option<u32>,
+
+    /// Go on from OUT.checkpoint: where an interrupted run stopped, or towards more samples than the finished picture has
+    #[arg(long)]
+    resume: bool,
 
     #[command(flatten)]
     limits: trace::Limits,
@@ -42,51 +75,427 @@ pub struct Arguments {
 }
 
 const EXTENSIONS: [&str; 2] = ["png", "exr"];
+const SHARD: [&str; 1] = ["shard"];
+
+/// How often a run takes another device for one that was lost.
+const MOST_LOSSES: u32 = 3;
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
-    let place = arguments.out.as_deref().map(Place::of);
-    if let Some(Place::File(path)) = &place {
-        check_extension(path, &EXTENSIONS)?;
+    // What the arguments alone can say comes before the world is read.
+    if let (Some(samples), Some(of)) = (&arguments.samples, arguments.of)
+        && samples.end > of
+    {
+        return Err(Error::Usage(format!("--samples {}..{} --of {of}: there are no such samples", samples.start, samples.end)));
     }
+    let named = arguments.named()?;
     let world = land::load(&arguments.world, session)?;
-    let (place, name) = match place {
-        Some(place) => (place, format!("{}.png", world.name)),
-        None => unasked(&world),
-    };
-    let renderer = arguments.renderer.unwrap_or(world.renderer);
-    let mut film = world.film;
-    if let Some(Size { width, height }) = arguments.size {
-        film = Film { width, height, ..film };
-    }
-    check_picture(&film)?;
-    place.prepare([name.as_str()])?;
+    let job = Job::new(arguments, &world, named)?;
+    check_picture(&job.film)?;
+    job.place.prepare(job.shots.first().iter().filter_map(|shot| shot.path.file_name()?.to_str()))?;
 
     interrupt::listen();
-    let gpu = land::open(&arguments.device, session)?;
-    let planted = !world.plants.rules.is_empty();
-    memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0, renderer }, &Limits::of(&gpu))?;
-    let simulation = land::simulate(&gpu, &world, session)?;
-    let camera = land::camera(&gpu, &world, &simulation)?;
-    let population = population::populate(&gpu, &world, &simulation, &camera, &film, session)?;
-    let pinhole = population::seen_from(&gpu, &simulation, &camera, &film)?;
-    let scene = land::scene(&world, simulation.land()?, camera, population);
-    drop(simulation);
-    let path = place.file(&name);
-    match renderer {
-        Renderer::Raster => {
-            let picture = raster(&gpu, &scene, &film, session)?;
-            place.make()?;
-            write(&path, &picture, &film, session)
-        }
-        Renderer::Trace => {
-            let shot = Shot { world: &world, scene: &scene, film, camera: pinhole, path, place: &place };
-            trace::run(&gpu, &shot, &arguments.limits, session)
+    let mut work = Work { shots: job.shots.iter().collect(), gathered: None };
+    let mut losses = 0;
+    loop {
+        match job.go_on(&mut work, session) {
+            Err(Error::Gpu(gpu::Error::Lost { after })) if losses < MOST_LOSSES && !interrupt::requested() => {
+                losses += 1;
+                session.progress.end();
+                session.warn(format!("the device was lost during {after}, and is opened again ({losses} of {MOST_LOSSES} times)"));
+            }
+            result => return result,
         }
     }
 }
 
-fn raster(gpu: &Gpu, scene: &Scene, film: &Film, session: &mut Session) -> Result<Picture, Error> {
-    let renderer = raster::Renderer::new(gpu)?;
+/// What is to be made.
+struct Job<'a> {
+    arguments: &'a Arguments,
+    world: &'a World,
+    film: Film,
+    renderer: Renderer,
+    crop: Crop,
+    place: Place,
+    shots: Vec<Shot>,
+    denoiser: Option<Denoiser>,
+}
+
+/// A picture by itself, or a frame.
+struct Shot {
+    frame: Option<u32>,
+    path: PathBuf,
+}
+
+/// What is left of a job.
+struct Work<'a> {
+    shots: Vec<&'a Shot>,
+    /// What has been traced of the first of them.
+    gathered: Option<Sums>,
+}
+
+/// What `-o` names.
+enum Named {
+    Nothing,
+    Place(Place),
+    Frames(Name),
+}
+
+impl Arguments {
+    fn named(&self) -> Result<Named, Error> {
+        let Some(out) = &self.out else { return Ok(Named::Nothing) };
+        let place = Place::of(out);
+        let Place::File(path) = &place else { return Ok(Named::Place(place)) };
+        check_extension(path, if self.samples.is_some() { &SHARD } else { &EXTENSIONS })?;
+        if self.frames.is_none() {
+            return Ok(Named::Place(place));
+        }
+        let name = Name::of(path).map_err(|reason| Error::Usage(format!("-o {}: {reason}", path.display())))?;
+        Ok(Named::Frames(name))
+    }
+}
+
+impl<'a> Job<'a> {
+    fn new(arguments: &'a Arguments, world: &'a World, named: Named) -> Result<Self, Error> {
+        let renderer = arguments.renderer.unwrap_or(world.renderer);
+        let mut film = world.film;
+        if let Some(Size { width, height }) = arguments.size {
+            film = Film { width, height, ..film };
+        }
+        let whole = Crop::whole(film.width, film.height);
+        let crop = arguments.crop.unwrap_or(whole);
+        if !crop.within(&whole) {
+            let (width, height) = (film.width, film.height);
+            return Err(Error::Usage(format!("--crop: these pixels are not in a picture of {width}x{height}")));
+        }
+        if arguments.samples.is_some() && renderer == Renderer::Raster {
+            return Err(Error::Usage("--samples: only pictures with --renderer trace have samples".into()));
+        }
+        let (place, shots) = match &arguments.frames {
+            Some(frames) => film_of(world, frames, named)?,
+            None => {
+                let (place, name) = match named {
+                    Named::Place(place) => (place, arguments.name(world)),
+                    _ => arguments.unasked(world),
+                };
+                let path = place.file(&name);
+                (place, vec![Shot { frame: None, path }])
+            }
+        };
+        if arguments.limits.finish.denoise.is_some() && renderer == Renderer::Raster {
+            return Err(Error::Usage("--denoise: only pictures with --renderer trace have noise".into()));
+        }
+        let denoiser = arguments.limits.finish.denoiser()?;
+        Ok(Job { arguments, world, film, renderer, crop, place, shots, denoiser })
+    }
+
+    /// Makes what is left, on a device of its own.
+    fn go_on(&self, work: &mut Work, session: &mut Session) -> Result<(), Error> {
+        let Job { arguments, world, film, renderer, .. } = *self;
+        let gpu = land::open(&arguments.device, session)?;
+        self.leave_finished(&gpu, work, session)?;
+        if work.shots.is_empty() {
+            return Ok(());
+        }
+        let planted = !world.plants.rules.is_empty();
+        let limits = memory::Limits::of(&gpu);
+        memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0, renderer }, &limits)?;
+        let simulation = land::simulate(&gpu, world, session)?;
+        let view = land::camera(&gpu, world, &simulation)?;
+        let garden = Garden::new(&gpu, world, &simulation, session)?;
+        let ground = simulation.land()?;
+        drop(simulation);
+        let mut studio = Studio { gpu: &gpu, raster: None, tracer: None };
+        while let Some(&shot) = work.shots.first() {
+            let mut settings = world.tracing;
+            let keyed = shot.frame.and_then(|frame| world.camera_path.at(frame));
+            let camera = keyed.map_or(view, |(camera, focus)| {
+                settings.focus = focus;
+                camera
+            });
+            let population = garden.populate(&camera, &film, session)?;
+            let pinhole = garden.pinhole(&camera, &film);
+            let scene = land::scene(world, ground.clone(), camera, population);
+            match renderer {
+                Renderer::Raster => self.draw(&mut studio, shot, &scene, session)?,
+                Renderer::Trace => {
+                    session.progress.show("acceleration", 0, 1);
+                    let mut tracing = studio.tracer()?.begin(&scene, &film, &pinhole, settings)?;
+                    session.progress.show("acceleration", 1, 1);
+                    self.trace(&gpu, shot, &mut tracing, &mut work.gathered, session)?;
+                }
+            }
+            work.shots.remove(0);
+        }
+        Ok(())
+    }
+
+    fn checkpoint(&self, gpu: &Gpu, shot: &Shot) -> Result<Checkpoint, Error> {
+        let Job { world, film, renderer, crop, .. } = self;
+        let render = Render::of(world, film, *renderer, shot.frame, gpu.info()).map_err(world::cache::Error::Hash)?;
+        let first = self.arguments.samples.as_ref().map_or(0, |samples| samples.start);
+        Ok(Checkpoint::new(&shot.path, render, *crop, first, self.arguments.of))
+    }
+
+    fn goal<'b>(&'b self, shot: &'b Shot) -> trace::Goal<'b> {
+        let limits = &self.arguments.limits;
+        let samples = &self.arguments.samples;
+        let end = samples.as_ref().map_or(limits.spp.unwrap_or(self.world.samples), |samples| samples.end);
+        trace::Goal { path: &shot.path, place: &self.place, is_shard: samples.is_some(), end, limits }
+    }
+
+    /// What a frame has to become, in a few words.
+    fn limits(&self) -> String {
+        let trace::Limits { spp, time_limit, noise, finish } = &self.arguments.limits;
+        let Finish { half, denoise } = finish;
+        match self.renderer {
+            Renderer::Raster => "drawn".into(),
+            Renderer::Trace => {
+                let spp = spp.unwrap_or(self.world.samples);
+                format!("{spp} samples, time limit {time_limit:?}, noise {noise:?}, half {half}, denoise {denoise:?}")
+            }
+        }
+    }
+
+    /// With --resume: takes from the work what is there already, and is as it should be.
+    fn leave_finished(&self, gpu: &Gpu, work: &mut Work, session: &mut Session) -> Result<(), Error> {
+        if !self.arguments.resume || work.gathered.is_some() {
+            return Ok(());
+        }
+        let mut left = Vec::new();
+        for shot in std::mem::take(&mut work.shots) {
+            if !self.is_finished(gpu, shot, session)? {
+                left.push(shot);
+            }
+        }
+        work.shots = left;
+        Ok(())
+    }
+
+    fn is_finished(&self, gpu: &Gpu, shot: &Shot, session: &mut Session) -> Result<bool, Error> {
+        if let Some(frame) = shot.frame {
+            let is_there = shot.path.is_file();
+            let checkpoint = self.checkpoint(gpu, shot)?;
+            let found = if is_there { checkpoint.load(session)? } else { Found::Nothing };
+            let finished = matches!(found, Found::Finished(how) if how == self.limits());
+            if finished {
+                session.report.frame(frame, &file::found(&shot.path)?, true);
+            }
+            return Ok(finished);
+        }
+        if self.renderer == Renderer::Raster {
+            session.progress.say(&"--resume: a picture that is not traced has no checkpoint, and is made from the beginning");
+            return Ok(false);
+        }
+        let checkpoint = self.checkpoint(gpu, shot)?;
+        let goal = self.goal(shot);
+        if goal.is_shard && shot.path.is_file() {
+            // Its samples are all it has.
+            let own = Checkpoint::shard(&shot.path, &checkpoint);
+            if let Found::Sums(sums) = own.load(session)?
+                && goal.is_done(&sums, &Noise::default())
+            {
+                self.leave(shot, "has all its samples", session)?;
+                return Ok(true);
+            }
+        }
+        let sums = match checkpoint.load(session)? {
+            Found::Sums(sums) => sums,
+            _ => {
+                let path = checkpoint.path.display();
+                session.warn(format!("there is no {path} to resume: the picture is traced from the beginning"));
+                return Ok(false);
+            }
+        };
+        let mut noise = Noise::default();
+        noise.look(&sums);
+        if goal.is_shard || !goal.is_done(&sums, &noise) {
+            return Ok(false);
+        }
+        session.report.checkpoint = Some(checkpoint.path.to_string_lossy().into_owned());
+        if shot.path.is_file() && self.denoiser.is_none() {
+            self.leave(shot, "has all its samples", session)?;
+        } else {
+            self.finish(shot, checkpoint, &sums, session)?;
+        }
+        Ok(true)
+    }
+
+    fn leave(&self, shot: &Shot, why: &str, session: &mut Session) -> Result<(), Error> {
+        session.progress.say(&format!("{} {why}, and is left as it is", shot.path.display()));
+        session.report.wrote(&file::found(&shot.path)?);
+        Ok(())
+    }
+
+    /// Traces from what was gathered before, or an earlier run has left; what is gathered by the time of an error is there for the
+    /// next attempt.
+    fn trace(
+        &self,
+        gpu: &Gpu,
+        shot: &Shot,
+        tracing: &mut Tracing,
+        gathered: &mut Option<Sums>,
+        session: &mut Session,
+    ) -> Result<(), Error> {
+        let checkpoint = self.checkpoint(gpu, shot)?;
+        if gathered.is_none()
+            && self.arguments.resume
+            && let Found::Sums(sums) = checkpoint.load(session)?
+        {
+            *gathered = Some(sums);
+        }
+        let first = self.arguments.samples.as_ref().map_or(0, |samples| samples.start);
+        tracing.resume(gathered.take().unwrap_or_else(|| Sums::of(self.crop, first)));
+        let pursued = self.goal(shot).pursue(tracing, &checkpoint, session);
+        let sums = tracing.take_sums();
+        if let Err(error) = pursued {
+            *gathered = Some(sums);
+            return Err(error);
+        }
+        session.progress.end();
+        self.finish(shot, checkpoint, &sums, session)
+    }
+
+    /// Writes the finished picture; with its noise, if that can't be taken out.
+    fn picture(&self, shot: &Shot, checkpoint: &Checkpoint, sums: &Sums) -> Result<(Written, u64), Error> {
+        let half = self.arguments.limits.finish.half;
+        let write = |denoiser| picture::write(&shot.path, checkpoint.render(), sums, half, denoiser);
+        match write(self.denoiser.as_ref()) {
+            Err(Error::Denoiser(why)) => {
+                write(None)?;
+                Err(Error::Denoiser(format!("{why}; {} was written with its noise", shot.path.display())))
+            }
+            written => written,
+        }
+    }
+
+    /// Writes what is finished, and what is to be kept beside it.
+    fn finish(&self, shot: &Shot, checkpoint: Checkpoint, sums: &Sums, session: &mut Session) -> Result<(), Error> {
+        self.place.make()?;
+        let path = shot.path.display();
+        if self.arguments.samples.is_some() {
+            checkpoint.into_shard(&shot.path, sums)?;
+            session.report.wrote(&file::found(&shot.path)?);
+            session.progress.say(&format!("wrote {path}, a shard for `terrane merge`"));
+            picture::warnings(sums, 0).into_iter().for_each(|warning| session.warn(warning));
+            return Ok(());
+        }
+        if shot.frame.is_none() {
+            checkpoint.write(sums)?;
+        }
+        let (written, clamped) = self.picture(shot, &checkpoint, sums)?;
+        picture::warnings(sums, clamped).into_iter().for_each(|warning| session.warn(warning));
+        let [width, height] = sums.crop().size;
+        let noise = sums.noise().map(|noise| format!(", error about {:.1} %", 100.0 * noise)).unwrap_or_default();
+        session.progress.say(&format!("wrote {path}, {width} × {height} pixels, {} samples a pixel{noise}", sums.samples()));
+        match shot.frame {
+            Some(frame) => {
+                checkpoint.finish(self.limits())?;
+                session.report.frame(frame, &written, false);
+            }
+            None => {
+                checkpoint.remove_older();
+                session.report.wrote(&written);
+                session.report.checkpoint = Some(checkpoint.path.to_string_lossy().into_owned());
+                let kept = checkpoint.path.display();
+                session.progress.say(&format!("kept {kept}: with --resume and a larger --spp the picture is refined"));
+            }
+        }
+        Ok(())
+    }
+
+    fn draw(&self, studio: &mut Studio, shot: &Shot, scene: &Scene, session: &mut Session) -> Result<(), Error> {
+        let picture = raster(studio.raster()?, scene, &self.film, session)?;
+        self.place.make()?;
+        let (path, Crop { origin, size }) = (&shot.path, self.crop);
+        let picture = picture.cut(origin, size);
+        let whole = [self.film.width, self.film.height];
+        let written = match formats::extension(path).as_str() {
+            "exr" if size != whole => {
+                let channel = |index: usize| picture.pixels.iter().map(|pixel| pixel[index]).collect();
+                let channels = ["R", "G", "B"].iter().enumerate().map(|(index, name)| (name.to_string(), channel(index)));
+                let (channels, white_luminance) = (channels.collect(), 1.0 / self.film.exposure);
+                let part = Layered { size, origin, whole, white_luminance, comments: String::new(), channels };
+                formats::exr::write_layered(path, part, false)?.0
+            }
+            "exr" => formats::exr::write_picture(path, size, &picture.pixels, 1.0 / self.film.exposure)?,
+            _ => formats::png::write_picture(path, size, &picture.developed_from(origin, self.film.tone_map))?,
+        };
+        session.progress.say(&format!("wrote {}, {} × {} pixels", path.display(), size[0], size[1]));
+        match shot.frame {
+            Some(frame) => {
+                self.checkpoint(studio.gpu, shot)?.finish(self.limits())?;
+                session.report.frame(frame, &written, false);
+            }
+            None => session.report.wrote(&written),
+        }
+        Ok(())
+    }
+}
+
+/// The renderers of a device: their programs are compiled once.
+struct Studio<'a> {
+    gpu: &'a Gpu,
+    raster: Option<raster::Renderer>,
+    tracer: Option<Tracer>,
+}
+
+impl Studio<'_> {
+    fn raster(&mut self) -> gpu::Result<&raster::Renderer> {
+        match &mut self.raster {
+            Some(renderer) => Ok(renderer),
+            none => Ok(none.insert(raster::Renderer::new(self.gpu)?)),
+        }
+    }
+
+    fn tracer(&mut self) -> gpu::Result<&Tracer> {
+        match &mut self.tracer {
+            Some(tracer) => Ok(tracer),
+            none => Ok(none.insert(Tracer::new(self.gpu)?)),
+        }
+    }
+}
+
+/// Frames and where they go.
+fn film_of(world: &World, frames: &Range<u32>, named: Named) -> Result<(Place, Vec<Shot>), Error> {
+    if world.camera_path.keys.is_empty() {
+        let advice = "write where the camera is in some of them: \
+                      `camera.keyframes = [{ frame = 0, position = [0, 100, 500], target = [0, 0, 0] }, { frame = 60, position = \
+                      [500, 100, 0] }]`";
+        return Err(Error::Missing(format!("--frames: the world has no `camera.keyframes`; {advice}")));
+    }
+    let name = match named {
+        Named::Frames(name) => name,
+        Named::Place(place) => standard(&place.file("%05d.png"))?,
+        Named::Nothing => standard(&Path::new(".").join(&world.name).join("%05d.png"))?,
+    };
+    let shots = frames.clone().map(|frame| Shot { frame: Some(frame), path: name.path(frame) });
+    Ok((Place::Folder(name.folder.clone()), shots.collect()))
+}
+
+fn standard(path: &Path) -> Result<Name, Error> {
+    Name::of(path).map_err(Error::Usage)
+}
+
+impl Arguments {
+    /// The name of what goes into a folder.
+    fn name(&self, world: &World) -> String {
+        match &self.samples {
+            Some(Range { start, end }) => format!("{}_{start}-{end}.shard", world.name),
+            None => format!("{}.png", world.name),
+        }
+    }
+
+    /// Where a picture goes when nobody says it, and its name.
+    fn unasked(&self, world: &World) -> (Place, String) {
+        let photo = world.photo.as_deref().and_then(|photo| Some((photo.parent()?, photo.file_name()?)));
+        match photo {
+            Some((folder, name)) if self.samples.is_none() => (Place::Folder(folder.into()), name.to_string_lossy().into_owned()),
+            _ => (Place::of(Path::new("./")), self.name(world)),
+        }
+    }
+}
+
+fn raster(renderer: &raster::Renderer, scene: &Scene, film: &Film, session: &mut Session) -> Result<Picture, Error> {
     let mut drawing = renderer.begin(scene, film, Quality::default())?;
     loop {
         let (done, of) = drawing.progress();
@@ -98,26 +507,6 @@ fn raster(gpu: &Gpu, scene: &Scene, film: &Film, session: &mut Session) -> Resul
     }
     session.progress.end();
     Ok(drawing.into_picture())
-}
-
-/// Where a picture goes when nobody says it, and its name.
-fn unasked(world: &World) -> (Place, String) {
-    let photo = world.photo.as_deref().and_then(|photo| Some((photo.parent()?, photo.file_name()?)));
-    match photo {
-        Some((folder, name)) => (Place::Folder(folder.into()), name.to_string_lossy().into_owned()),
-        None => (Place::of(Path::new("./")), format!("{}.png", world.name)),
-    }
-}
-
-fn write(path: &Path, picture: &Picture, film: &Film, session: &mut Session) -> Result<(), Error> {
-    let size = [picture.width, picture.height];
-    let written = match formats::extension(path).as_str() {
-        "exr" => formats::exr::write_picture(path, size, &picture.pixels, 1.0 / film.exposure)?,
-        _ => formats::png::write_picture(path, size, &picture.developed(film.tone_map))?,
-    };
-    session.progress.say(&format!("wrote {}, {} × {} pixels", path.display(), picture.width, picture.height));
-    session.report.wrote(&written);
-    Ok(())
 }
 
 fn method(name: &str) -> Result<Renderer, String> {

@@ -1,137 +1,174 @@
 //! A picture by path tracing: until it has all its samples, is clean enough, has had its time, or is interrupted.
 
+use super::checkpoint::Checkpoint;
+use super::picture::{self, Finish};
 use crate::app::cli::output::Place;
+use crate::app::error::Kept;
 use crate::app::{Error, Session, interrupt, keep};
-use crate::core::camera::Pinhole;
-use crate::formats::{self, exr::Layered, file::Written};
-use crate::gpu::Gpu;
-use crate::scene::{Film, Scene};
-use crate::trace::{Sums, Tracer};
-use crate::world::World;
+use crate::gpu;
+use crate::trace::{MOST_SAMPLES, Sums, Tracing};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// When a traced picture is finished.
 #[derive(Args)]
 pub struct Limits {
     /// Samples a pixel, for trace [default: the world's]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=MOST_SAMPLES))]
-    spp: Option<u32>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(MOST_SAMPLES)))]
+    pub spp: Option<u32>,
 
     /// Stop tracing after so many seconds, and at the earliest when every pixel has a sample
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    time_limit: Option<Duration>,
+    pub time_limit: Option<Duration>,
 
     /// Stop tracing when the estimated error of the picture is below this, for example 0.05 for 5 %; looked at whenever the
     /// number of samples is a power of two
     #[arg(long, value_name = "ERROR", value_parser = noise)]
-    noise: Option<f64>,
+    pub noise: Option<f64>,
 
-    /// Write 16-bit floats to EXR
-    #[arg(long)]
-    half: bool,
+    #[command(flatten)]
+    pub finish: Finish,
 }
 
-const MOST_SAMPLES: i64 = 1 << 24;
-
-/// What is traced, and where the picture goes.
-pub struct Shot<'a> {
-    pub world: &'a World,
-    pub scene: &'a Scene,
-    pub film: Film,
-    pub camera: Pinhole,
-    pub path: PathBuf,
+/// What is traced, and where it goes.
+pub struct Goal<'a> {
+    /// Of the picture; a shard is written when it has all its samples, and not before.
+    pub path: &'a Path,
     pub place: &'a Place,
+    pub is_shard: bool,
+    /// The number of the sample that comes when all is done.
+    pub end: u32,
+    pub limits: &'a Limits,
 }
 
-/// Traces the picture and writes it, now and then on the way, too.
-pub fn run(gpu: &Gpu, shot: &Shot, limits: &Limits, session: &mut Session) -> Result<(), Error> {
-    let tracer = Tracer::new(gpu)?;
-    session.progress.show("acceleration", 0, 1);
-    let mut tracing = tracer.begin(shot.scene, &shot.film, &shot.camera, shot.world.tracing)?;
-    session.progress.show("acceleration", 1, 1);
-    let samples = limits.spp.unwrap_or(shot.world.samples);
-    let interval = keep::interval();
-    let begun = Instant::now();
-    let mut last = Instant::now();
-    let write = |sums: &Sums| shot.write(sums, gpu, limits.half);
-    loop {
-        tell(tracing.sums(), samples, begun, session);
-        let sums = tracing.sums();
-        if interrupt::requested() {
-            if sums.samples() > 0 {
-                let (written, _) = write(sums)?;
-                session.report.wrote(&written);
+impl Goal<'_> {
+    /// Traces until the goal is reached, and writes what there is now and then, and when it is asked for.
+    pub fn pursue(
+        &self,
+        tracing: &mut Tracing,
+        checkpoint: &Checkpoint,
+        session: &mut Session,
+    ) -> Result<(), Error> {
+        let interval = keep::interval();
+        let (begun, before) = (Instant::now(), tracing.sums().progress().1);
+        let (mut last, mut pause) = (Instant::now(), interval);
+        let mut noise = Noise::default();
+        loop {
+            noise.look(tracing.sums());
+            self.tell(tracing.sums(), &noise, begun, before, session);
+            if interrupt::requested() {
+                tracing.settle()?;
+                let kept = self.keep(tracing.sums(), checkpoint, Some(&mut *session))?;
+                return Err(Error::Interrupted { written: session.report.written(), kept });
             }
-            return Err(Error::Interrupted { written: session.report.written(), kept: None });
-        }
-        if finished(sums, limits, begun) {
-            break;
-        }
-        if sums.samples() > 0 && last.elapsed() >= interval {
-            write(sums)?;
-            last = Instant::now();
-        }
-        if !tracing.step(samples)? {
-            break;
+            if self.is_reached(tracing.sums(), &noise, begun) {
+                return Ok(());
+            }
+            if interrupt::writing_requested() || last.elapsed() >= pause {
+                tracing.settle()?;
+                let start = Instant::now();
+                self.keep(tracing.sums(), checkpoint, None)?;
+                // On a slow disk less often, so that tracing has most of the time.
+                (last, pause) = (Instant::now(), interval.max(20 * start.elapsed()));
+            }
+            lose_device()?;
+            if !tracing.step(self.end)? {
+                return Ok(());
+            }
         }
     }
-    session.progress.end();
-    let sums = tracing.sums();
-    let (written, clamped) = write(sums)?;
-    session.report.wrote(&written);
-    if clamped > 0 {
-        session.warn(format!("{clamped} values are too large for 16-bit floats, and were cut off"));
-    }
-    let (path, Film { width, height, .. }) = (shot.path.display(), shot.film);
-    let (samples, noise) = (sums.samples(), noise_so_far(sums));
-    session
-        .progress
-        .say(&format!("wrote {path}, {width} × {height} pixels, {samples} samples a pixel{noise}"));
-    Ok(())
-}
 
-fn tell(sums: &Sums, samples: u32, begun: Instant, session: &mut Session) {
-    let (each, all) = sums.progress();
-    let rate = all as f64 / begun.elapsed().as_secs_f64().max(1e-3);
-    session.progress.show("tracing", each as u64, samples.into());
-    session.progress.detail(format!("{:.2} M samples/s", rate / 1e6));
-}
-
-fn noise_so_far(sums: &Sums) -> String {
-    sums.noise().map(|noise| format!(", error about {:.1} %", 100.0 * noise)).unwrap_or_default()
-}
-
-/// Whether time is up, or the picture is clean enough.
-fn finished(sums: &Sums, limits: &Limits, begun: Instant) -> bool {
-    let samples = sums.samples();
-    let late = limits.time_limit.is_some_and(|limit| begun.elapsed() >= limit);
-    let even = sums.progress().0 == f64::from(samples);
-    let clean = || limits.noise.zip(sums.noise()).is_some_and(|(limit, noise)| noise <= limit);
-    samples > 0 && (late || even && samples.is_power_of_two() && clean())
-}
-
-impl Shot<'_> {
-    /// Writes what has been gathered; returns how many values were too large for the file, too.
-    fn write(&self, sums: &Sums, gpu: &Gpu, half: bool) -> Result<(Written, u64), Error> {
+    /// Writes a checkpoint and the picture so far; the report hears of it at the end.
+    fn keep(
+        &self,
+        sums: &Sums,
+        checkpoint: &Checkpoint,
+        session: Option<&mut Session>,
+    ) -> Result<Option<Kept>, Error> {
+        if sums.progress().1 == 0 {
+            return Ok(None);
+        }
         self.place.make()?;
-        let (path, size) = (&self.path, [self.film.width, self.film.height]);
-        if formats::extension(path) != "exr" {
-            let developed = sums.picture().developed(self.film.tone_map);
-            return Ok((formats::png::write_picture(path, size, &developed)?, 0));
-        }
-        let World { name, sha256, seed, .. } = self.world;
-        let (samples, device) = (sums.samples(), &gpu.info().name);
-        let picture = Layered {
-            size,
-            white_luminance: 1.0 / self.film.exposure,
-            comments: format!(
-                "world {name}, sha256 {sha256}, seed {seed}, {samples} samples a pixel, traced on {device}"
-            ),
-            channels: sums.channels(),
+        checkpoint.write(sums)?;
+        let has_picture = sums.samples() > 0 && !self.is_shard;
+        let written = match has_picture {
+            true => Some(picture::write(self.path, checkpoint.render(), sums, self.limits.finish.half, None)?.0),
+            false => None,
         };
-        Ok(formats::exr::write_layered(path, picture, half)?)
+        if let Some(session) = session {
+            session.report.checkpoint = Some(checkpoint.path.to_string_lossy().into_owned());
+            written.iter().for_each(|written| session.report.wrote(written));
+        }
+        Ok(Some(Kept::Samples(checkpoint.path.clone())))
+    }
+
+    /// Whether the picture has all its samples, is clean enough, or its time is up.
+    fn is_reached(&self, sums: &Sums, noise: &Noise, begun: Instant) -> bool {
+        let late = self.limits.time_limit.is_some_and(|limit| begun.elapsed() >= limit);
+        sums.samples() > 0 && late || self.is_done(sums, noise)
+    }
+
+    /// The same without a look at the clock.
+    pub fn is_done(&self, sums: &Sums, noise: &Noise) -> bool {
+        let (ends, _) = sums.parts();
+        let clean = self.limits.noise.is_some_and(|limit| noise.is_at_most(limit, sums));
+        ends.iter().all(|end| *end >= self.end) || clean
+    }
+
+    fn tell(&self, sums: &Sums, noise: &Noise, begun: Instant, before: u64, session: &mut Session) {
+        let (each, all) = sums.progress();
+        let of = self.end - sums.first();
+        let rate = (all - before) as f64 / begun.elapsed().as_secs_f64().max(1e-3);
+        session.progress.show("tracing", each as u64, of.into());
+        let left = self.limits.time_limit.map(|limit| limit.saturating_sub(begun.elapsed()).as_secs());
+        let left = left.map(|left| format!(", at most {left} s left")).unwrap_or_default();
+        session.progress.detail(format!("{:.2} M samples/s{noise}{left}", rate / 1e6));
+    }
+}
+
+/// The picture's estimated error. It is decided by it when the number of samples is a power of two, and it is estimated then only:
+/// so a picture ends with the same samples however its work was cut.
+#[derive(Default)]
+pub struct Noise {
+    /// Samples of every pixel when it was estimated.
+    samples: u32,
+    estimate: Option<f64>,
+}
+
+impl Noise {
+    pub fn look(&mut self, sums: &Sums) {
+        let samples = sums.range().map_or(0, |range| range.len() as u32);
+        if samples.is_power_of_two() && samples != self.samples {
+            (self.samples, self.estimate) = (samples, sums.noise());
+        }
+    }
+
+    fn is_at_most(&self, limit: f64, sums: &Sums) -> bool {
+        let is_now = sums.range().is_some_and(|range| range.len() as u32 == self.samples);
+        is_now && self.estimate.is_some_and(|noise| noise <= limit)
+    }
+}
+
+impl std::fmt::Display for Noise {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        match self.estimate {
+            Some(noise) => write!(f, ", error about {:.1} % with {} samples", 100.0 * noise, self.samples),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Nobody can make a driver lose its device: tests name steps of tracing in `TERRANE_LOSE_DEVICE`, `3,10` for example, that fail as if
+/// it were lost. They are counted from 1, over the whole run.
+fn lose_device() -> gpu::Result<()> {
+    static STEP: AtomicU64 = AtomicU64::new(0);
+    let Ok(steps) = std::env::var("TERRANE_LOSE_DEVICE") else { return Ok(()) };
+    let step = STEP.fetch_add(1, Ordering::Relaxed) + 1;
+    match steps.split(',').any(|lost| lost.trim().parse() == Ok(step)) {
+        true => Err(gpu::Error::Lost { after: format!("step {step} of a test") }),
+        false => Ok(()),
     }
 }
 
