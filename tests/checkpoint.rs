@@ -28,10 +28,17 @@ const HEIGHT: u32 = 16;
 const SAMPLES: u32 = 12;
 
 /// Traces these samples of these pixels in many small steps; what is under way is counted now and then, if anything is random.
-fn traced(gpu: &Gpu, scene: &Scene, tracer: &Tracer, part: (Crop, u32, u32), random: Option<&mut Random>) -> Sums {
+fn traced(
+    gpu: &Gpu,
+    scene: &Scene,
+    tracer: &Tracer,
+    part: (Crop, u32, u32),
+    random: Option<&mut Random>,
+) -> Sums {
     let film = Film { width: WIDTH, height: HEIGHT, exposure: 1.0, tone_map: ToneMap::None };
     let camera = Pinhole::look_at(Vec3::new(0.2, -0.1, 0.1), Vec3::NEG_Y, 1.0, WIDTH as f32 / HEIGHT as f32);
-    let mut tracing = tracer.begin(scene, &film, &camera, Settings { bounces: 3, ..Settings::default() }).unwrap();
+    let mut tracing =
+        tracer.begin(scene, &film, &camera, Settings { bounces: 3, ..Settings::default() }).unwrap();
     assert!(!gpu.info().name.is_empty());
     let (crop, first, end) = part;
     tracing.resume(Sums::of(crop, first));
@@ -50,7 +57,9 @@ fn partition(random: &mut Random) -> Vec<(Crop, u32, u32)> {
     for _ in 0..5 {
         let index = (random.unit() * parts.len() as f32) as usize % parts.len();
         let (crop, first, end) = parts.swap_remove(index);
-        let cut = |random: &mut Random, length: u32| 1 + (random.unit() * (length - 1) as f32) as u32 % (length - 1);
+        let cut = |random: &mut Random, length: u32| {
+            1 + (random.unit() * (length - 1) as f32) as u32 % (length - 1)
+        };
         let axis = (random.unit() * 3.0) as usize;
         if axis < 2 && crop.size[axis] > 1 {
             let place = cut(random, crop.size[axis]);
@@ -297,7 +306,10 @@ fn a_finished_picture_is_refined_or_left_as_it_is() {
     damaged[middle] ^= 4;
     fs::write(folder.join(checkpoint), &damaged).unwrap();
     let refused = render(folder, "a.exr", &["--resume"], 7);
-    assert!(stderr(&refused).contains("a.exr.checkpoint is not a readable shard") || stderr(&refused).contains("checksum"));
+    assert!(
+        stderr(&refused).contains("a.exr.checkpoint is not a readable shard")
+            || stderr(&refused).contains("checksum")
+    );
     fs::write(folder.join(older), &few).unwrap();
     let recovered = render(folder, "a.exr", &["--resume"], 0);
     assert!(stderr(&recovered).contains("going on from a.exr.checkpoint.1"), "{}", stderr(&recovered));
@@ -374,7 +386,8 @@ fn a_crop_has_the_pixels_of_the_picture() {
     for ((name, all), (other, cut)) in whole.iter().zip(&part) {
         assert_eq!(name, other);
         let rows = all.chunks(32).skip(top).take(height);
-        let expected: Vec<u32> = rows.flat_map(|row| &row[left..left + width]).map(|value| value.to_bits()).collect();
+        let expected: Vec<u32> =
+            rows.flat_map(|row| &row[left..left + width]).map(|value| value.to_bits()).collect();
         assert!(expected == cut.iter().map(|value| value.to_bits()).collect::<Vec<_>>(), "{name}");
     }
     // To the last bit in colours of the screen as well, and by the other renderer.
@@ -382,7 +395,8 @@ fn a_crop_has_the_pixels_of_the_picture() {
         let arguments = ["--spp", "1", "--renderer", renderer];
         render(folder, "whole.png", &arguments, 0);
         render(folder, "part.png", &[&crop[..], &arguments].concat(), 0);
-        let [mut whole, part] = ["whole.png", "part.png"].map(|name| image::open(folder.join(name)).unwrap().to_rgb8());
+        let [mut whole, part] =
+            ["whole.png", "part.png"].map(|name| image::open(folder.join(name)).unwrap().to_rgb8());
         assert!(image::imageops::crop(&mut whole, 9, 4, 14, 11).to_image() == part, "{renderer}");
     }
 }
@@ -419,7 +433,8 @@ fn frames_go_along_the_keyframes() {
     let frames = ["--frames", "1..4", "--spp", "1"];
     let output = render(folder, "frames/%03d.png", &frames, 0);
     let listed = json(&output)["frames"].clone();
-    let numbers: Vec<u64> = listed.as_array().unwrap().iter().map(|frame| frame["number"].as_u64().unwrap()).collect();
+    let numbers: Vec<u64> =
+        listed.as_array().unwrap().iter().map(|frame| frame["number"].as_u64().unwrap()).collect();
     assert_eq!(numbers, [1, 2, 3]);
     assert_eq!(listed[0]["path"], "frames/001.png");
     let names = ["frames/001.png", "frames/002.png", "frames/003.png"];
@@ -433,8 +448,12 @@ fn frames_go_along_the_keyframes() {
     let output = render(folder, "frames/%03d.png", &[&frames[..], &["--resume"]].concat(), 0);
     assert_eq!(bytes(folder, names[0]), b"a picture");
     assert!(bytes(folder, names[1]) == made[1] && bytes(folder, names[2]) == made[2]);
-    let found: Vec<bool> =
-        json(&output)["frames"].as_array().unwrap().iter().map(|frame| frame["found"].as_bool().unwrap()).collect();
+    let found: Vec<bool> = json(&output)["frames"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|frame| frame["found"].as_bool().unwrap())
+        .collect();
     assert_eq!(found, [true, true, false]);
 
     // A frame at a keyframe is the picture from there.
@@ -504,7 +523,11 @@ fn keyframes_that_make_no_path_are_refused() {
 // Signals and accidents.
 
 /// Starts a render and waits until it traces.
-fn begun(folder: &Path, out: &str, more: &[&str]) -> (Child, std::io::Lines<BufReader<std::process::ChildStderr>>) {
+fn begun(
+    folder: &Path,
+    out: &str,
+    more: &[&str],
+) -> (Child, std::io::Lines<BufReader<std::process::ChildStderr>>) {
     let arguments = [&["render", "world.toml", "--json", "-o", out], more].concat();
     let mut child = command(folder, &arguments)
         .env("TERRANE_CACHE_INTERVAL", "0.05")
@@ -529,7 +552,8 @@ fn signals_write_and_go_on_or_stop() {
     let folder = folder();
     let folder = folder.path();
     let arguments = ["render", "world.toml", "--json", "-o", "a.exr", "--spp", "1000000"];
-    let mut child = command(folder, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child =
+        command(folder, &arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     assert!(lines.any(|line| line.unwrap().starts_with("acceleration")));
     // The first one may come before there is a sample.

@@ -37,7 +37,18 @@ fn trace(world: &Path, size: &str) {
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
     command.arg("render").arg(world).current_dir(folder.path()).env("TERRANE_VALIDATION", "1");
-    command.args(["--renderer", "trace", "--spp", "4", "--size", size, "--no-cache", "--quiet", "-o", "a.exr"]);
+    command.args([
+        "--renderer",
+        "trace",
+        "--spp",
+        "4",
+        "--size",
+        size,
+        "--no-cache",
+        "--quiet",
+        "-o",
+        "a.exr",
+    ]);
     let output = command.output().unwrap();
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && !told.contains("not finite"), "{}: {told}", world.display());

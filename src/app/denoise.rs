@@ -21,7 +21,8 @@ impl Denoiser {
     /// [`Error::Denoiser`] if it can't.
     pub fn find(program: &str) -> Result<Denoiser, Error> {
         let mut command = Command::new(program);
-        let found = command.arg("--help").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status();
+        let found =
+            command.arg("--help").stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).status();
         match found {
             Ok(_) => Ok(Denoiser { program: program.into() }),
             Err(error) => Err(Error::Denoiser(format!(
@@ -92,7 +93,8 @@ fn write(path: &Path, [width, height]: [u32; 2], planes: [&[f32]; 3]) -> io::Res
 fn read(path: &Path, [width, height]: [u32; 2]) -> io::Result<[Vec<f32>; 3]> {
     let (width, height) = (width as usize, height as usize);
     let bytes = fs::read(path)?;
-    let invalid = || io::Error::new(io::ErrorKind::InvalidData, "what it has written is not a picture of that size");
+    let invalid =
+        || io::Error::new(io::ErrorKind::InvalidData, "what it has written is not a picture of that size");
     let pixels = 12 * width * height;
     let (header, body) = bytes.split_at_checked(bytes.len().saturating_sub(pixels)).ok_or_else(invalid)?;
     let header = String::from_utf8_lossy(header);

@@ -94,7 +94,9 @@ impl Goal<'_> {
         checkpoint.write(sums)?;
         let has_picture = sums.samples() > 0 && !self.is_shard;
         let written = match has_picture {
-            true => Some(picture::write(self.path, checkpoint.render(), sums, self.limits.finish.half, None)?.0),
+            true => {
+                Some(picture::write(self.path, checkpoint.render(), sums, self.limits.finish.half, None)?.0)
+            }
             false => None,
         };
         if let Some(session) = session {
