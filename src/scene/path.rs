@@ -103,7 +103,8 @@ mod tests {
 
     #[test]
     fn it_passes_its_keyframes_and_holds_at_the_ends() {
-        let path = CameraPath { keys: vec![key(10, 1.0), key(20, 5.0), key(60, 6.0), key(70, 6.0), key(80, 0.0)] };
+        let path =
+            CameraPath { keys: vec![key(10, 1.0), key(20, 5.0), key(60, 6.0), key(70, 6.0), key(80, 0.0)] };
         for key in &path.keys {
             assert_eq!(x(&path, key.frame), key.position.x);
         }
@@ -121,7 +122,11 @@ mod tests {
 
     #[test]
     fn what_moves_evenly_between_inner_keyframes_goes_on_so() {
-        let path = CameraPath { keys: (0..6).map(|index| key(index * 10 + index % 2 * 3, (index * 10 + index % 2 * 3) as f32)).collect() };
+        let path = CameraPath {
+            keys: (0..6)
+                .map(|index| key(index * 10 + index % 2 * 3, (index * 10 + index % 2 * 3) as f32))
+                .collect(),
+        };
         for frame in 13..40 {
             assert!((x(&path, frame) - frame as f32).abs() < 1e-4, "{frame}: {}", x(&path, frame));
         }

@@ -75,14 +75,16 @@ impl Crop {
     /// Whether it has pixels in common with another.
     pub fn overlaps(&self, other: &Crop) -> bool {
         let along = |axis: usize| {
-            u64::from(self.origin[axis]) < other.end()[axis] && u64::from(other.origin[axis]) < self.end()[axis]
+            u64::from(self.origin[axis]) < other.end()[axis]
+                && u64::from(other.origin[axis]) < self.end()[axis]
         };
         along(0) && along(1)
     }
 
     /// Whether it lies in another.
     pub fn within(&self, other: &Crop) -> bool {
-        let along = |axis: usize| other.origin[axis] <= self.origin[axis] && self.end()[axis] <= other.end()[axis];
+        let along =
+            |axis: usize| other.origin[axis] <= self.origin[axis] && self.end()[axis] <= other.end()[axis];
         along(0) && along(1)
     }
 
@@ -143,7 +145,13 @@ impl Sums {
 
     /// What [`Sums::parts`] has taken apart. `None` if these are not as many blocks and pixels as the crop has, or a block has samples
     /// that no pixel may have.
-    pub fn from_parts(crop: Crop, first: u32, ends: &[u32], pixels: Vec<Pixel>, flaws: Flaws) -> Option<Self> {
+    pub fn from_parts(
+        crop: Crop,
+        first: u32,
+        ends: &[u32],
+        pixels: Vec<Pixel>,
+        flaws: Flaws,
+    ) -> Option<Self> {
         if ends.len() as u64 != Sums::blocks_of(&crop) || pixels.len() as u64 != crop.pixels() {
             return None;
         }

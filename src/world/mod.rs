@@ -199,7 +199,17 @@ fn parse_made(
     })?;
 
     let path = PathBuf::from(name);
-    let plan::Planned { plan, light, viewpoint, camera_path, film, models, mut rules, standing, mut warnings } = planned;
+    let plan::Planned {
+        plan,
+        light,
+        viewpoint,
+        camera_path,
+        film,
+        models,
+        mut rules,
+        standing,
+        mut warnings,
+    } = planned;
     for rule in &mut rules {
         if let Some(file) = origins.of(&KeyPath::from(rule.name.as_str())) {
             rule.name = file.into();

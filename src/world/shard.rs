@@ -150,7 +150,11 @@ impl Render {
             compare("world as --set makes it, with SHA-256", &short(&self.changes), &short(&other.changes));
         }
         if self.changes == other.changes {
-            compare("contents of the world's files, with SHA-256", &short(&self.contents), &short(&other.contents));
+            compare(
+                "contents of the world's files, with SHA-256",
+                &short(&self.contents),
+                &short(&other.contents),
+            );
         }
         // What follows from none of these.
         if differences.is_empty() && self != other {
@@ -162,7 +166,9 @@ impl Render {
     /// What a picture says of itself: no times, no names of machines.
     pub fn comments(&self, samples: u32) -> String {
         let Render { world, world_file, seed, device, .. } = self;
-        format!("world {world}, sha256 {world_file}, seed {seed}, {samples} samples a pixel, traced on {device}")
+        format!(
+            "world {world}, sha256 {world_file}, seed {seed}, {samples} samples a pixel, traced on {device}"
+        )
     }
 }
 

@@ -99,7 +99,10 @@ fn fit<'a>(parts: &'a [Part]) -> Result<Option<(&'a Render, Crop, u32)>, Error> 
         let differences = first.header.render.differences(&part.header.render);
         let [one, other] = [first, part].map(|part| part.path.display());
         if !differences.is_empty() {
-            return Err(misfit(format!("{one} and {other} are of different pictures: {}", differences.join("; "))));
+            return Err(misfit(format!(
+                "{one} and {other} are of different pictures: {}",
+                differences.join("; ")
+            )));
         }
         if of(first) != of(part) {
             return Err(misfit(format!("{one} is of {} samples and {other} of {}", of(first), of(part))));
@@ -112,7 +115,10 @@ fn fit<'a>(parts: &'a [Part]) -> Result<Option<(&'a Render, Crop, u32)>, Error> 
         if let Some(before) = parts[..index].iter().find(shared) {
             let (start, end) =
                 (before.samples.start.max(part.samples.start), before.samples.end.min(part.samples.end));
-            return Err(misfit(format!("{} and {other} both have samples {start}..{end}", before.path.display())));
+            return Err(misfit(format!(
+                "{} and {other} both have samples {start}..{end}",
+                before.path.display()
+            )));
         }
     }
     let origin = [0, 1].map(|axis| parts.iter().map(|part| part.header.crop.origin[axis]).min().unwrap_or(0));
@@ -146,7 +152,9 @@ fn check_memory(crop: Crop, parts: &[Part]) -> Result<(), Error> {
     match gpu::free_ram().filter(|free| *free < bytes) {
         Some(free) => {
             let [needed, free] = [bytes, free].map(mebibytes);
-            Err(Error::Memory(format!("merging takes {needed} of memory, and {free} are free; merge crops one by one")))
+            Err(Error::Memory(format!(
+                "merging takes {needed} of memory, and {free} are free; merge crops one by one"
+            )))
         }
         None => Ok(()),
     }

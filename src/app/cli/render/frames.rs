@@ -32,7 +32,10 @@ pub fn crop(text: &str) -> Result<Crop, String> {
     match numbers.as_deref() {
         Some([_, _, 0, _] | [_, _, _, 0]) => Err("its width and its height must be at least 1".into()),
         Some(&[x, y, width, height]) => Ok(Crop { origin: [x, y], size: [width, height] }),
-        _ => Err("it must be x,y,width,height in pixels from the upper left corner, for example 0,0,64,64".into()),
+        _ => {
+            Err("it must be x,y,width,height in pixels from the upper left corner, for example 0,0,64,64"
+                .into())
+        }
     }
 }
 
@@ -48,7 +51,8 @@ pub struct Name {
 impl Name {
     /// Reads a path whose last part has one `%d`, or `%05d` for five digits.
     pub fn of(path: &Path) -> Result<Name, String> {
-        const ADVICE: &str = "the names of frames need a place for the number, for example -o frames/%05d.png";
+        const ADVICE: &str =
+            "the names of frames need a place for the number, for example -o frames/%05d.png";
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         let (before, rest) = name.split_once('%').ok_or(ADVICE)?;
         let (digits, after) = rest.split_once('d').ok_or(ADVICE)?;
@@ -79,11 +83,15 @@ mod tests {
     fn ranges_and_crops() {
         assert_eq!(frames("0..60"), Ok(0..60));
         assert_eq!(samples("1048575..1048576"), Ok(1_048_575..1_048_576));
-        for wrong in ["", "5", "..", "3..", "..3", "3..3", "4..3", "-1..3", "0..1048577", "0...3", "0..=3", "a..b"] {
+        for wrong in
+            ["", "5", "..", "3..", "..3", "3..3", "4..3", "-1..3", "0..1048577", "0...3", "0..=3", "a..b"]
+        {
             assert!(samples(wrong).is_err(), "{wrong}");
         }
         assert_eq!(crop("1, 2,3,4"), Ok(Crop { origin: [1, 2], size: [3, 4] }));
-        for wrong in ["", "1,2,3", "1,2,0,4", "1,2,3,0", "-1,2,3,4", "1,2,3,4,5", "1x2x3x4", "99999999999,0,1,1"] {
+        for wrong in
+            ["", "1,2,3", "1,2,0,4", "1,2,3,0", "-1,2,3,4", "1,2,3,4,5", "1x2x3x4", "99999999999,0,1,1"]
+        {
             assert!(crop(wrong).is_err(), "{wrong}");
         }
     }
@@ -96,7 +104,18 @@ mod tests {
         assert_eq!(path("a/b%02d_c.png", 123), Path::new("a/b123_c.png"));
         // A folder may be called anything.
         assert_eq!(path("100%/%03d.png", 1), Path::new("100%/001.png"));
-        for wrong in ["a.png", "%.png", "%5d.png", "%0d.png", "%010d.png", "%05x.png", "%d%d.png", "%d/a.png", "%%d.png", ""] {
+        for wrong in [
+            "a.png",
+            "%.png",
+            "%5d.png",
+            "%0d.png",
+            "%010d.png",
+            "%05x.png",
+            "%d%d.png",
+            "%d/a.png",
+            "%%d.png",
+            "",
+        ] {
             assert!(Name::of(Path::new(wrong)).is_err(), "{wrong}");
         }
     }

@@ -83,7 +83,10 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     if let (Some(samples), Some(of)) = (&arguments.samples, arguments.of)
         && samples.end > of
     {
-        return Err(Error::Usage(format!("--samples {}..{} --of {of}: there are no such samples", samples.start, samples.end)));
+        return Err(Error::Usage(format!(
+            "--samples {}..{} --of {of}: there are no such samples",
+            samples.start, samples.end
+        )));
     }
     let named = arguments.named()?;
     let world = land::load(&arguments.world, session)?;
@@ -96,7 +99,9 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let mut losses = 0;
     loop {
         match job.go_on(&mut work, session) {
-            Err(Error::Gpu(gpu::Error::Lost { after })) if losses < MOST_LOSSES && !interrupt::requested() => {
+            Err(Error::Gpu(gpu::Error::Lost { after }))
+                if losses < MOST_LOSSES && !interrupt::requested() =>
+            {
                 losses += 1;
                 session.progress.end();
                 session.warn(format!("the device was lost during {after}, and is opened again ({losses} of {MOST_LOSSES} times)"));
@@ -146,7 +151,8 @@ impl Arguments {
         if self.frames.is_none() {
             return Ok(Named::Place(place));
         }
-        let name = Name::of(path).map_err(|reason| Error::Usage(format!("-o {}: {reason}", path.display())))?;
+        let name =
+            Name::of(path).map_err(|reason| Error::Usage(format!("-o {}: {reason}", path.display())))?;
         Ok(Named::Frames(name))
     }
 }
@@ -162,7 +168,9 @@ impl<'a> Job<'a> {
         let crop = arguments.crop.unwrap_or(whole);
         if !crop.within(&whole) {
             let (width, height) = (film.width, film.height);
-            return Err(Error::Usage(format!("--crop: these pixels are not in a picture of {width}x{height}")));
+            return Err(Error::Usage(format!(
+                "--crop: these pixels are not in a picture of {width}x{height}"
+            )));
         }
         if arguments.samples.is_some() && renderer == Renderer::Raster {
             return Err(Error::Usage("--samples: only pictures with --renderer trace have samples".into()));
@@ -224,7 +232,8 @@ impl<'a> Job<'a> {
 
     fn checkpoint(&self, gpu: &Gpu, shot: &Shot) -> Result<Checkpoint, Error> {
         let Job { world, film, renderer, crop, .. } = self;
-        let render = Render::of(world, film, *renderer, shot.frame, gpu.info()).map_err(world::cache::Error::Hash)?;
+        let render =
+            Render::of(world, film, *renderer, shot.frame, gpu.info()).map_err(world::cache::Error::Hash)?;
         let first = self.arguments.samples.as_ref().map_or(0, |samples| samples.start);
         Ok(Checkpoint::new(&shot.path, render, *crop, first, self.arguments.of))
     }
@@ -253,6 +262,11 @@ impl<'a> Job<'a> {
         if !self.arguments.resume || work.gathered.is_some() {
             return Ok(());
         }
+        let folder = work.shots.first().and_then(|shot| shot.path.parent());
+        folder.into_iter().for_each(|folder| {
+            let here = folder.as_os_str().is_empty();
+            file::remove_abandoned(if here { Path::new(".") } else { folder });
+        });
         let mut left = Vec::new();
         for shot in std::mem::take(&mut work.shots) {
             if !self.is_finished(gpu, shot, session)? {
@@ -275,7 +289,9 @@ impl<'a> Job<'a> {
             return Ok(finished);
         }
         if self.renderer == Renderer::Raster {
-            session.progress.say(&"--resume: a picture that is not traced has no checkpoint, and is made from the beginning");
+            session.progress.say(
+                &"--resume: a picture that is not traced has no checkpoint, and is made from the beginning",
+            );
             return Ok(false);
         }
         let checkpoint = self.checkpoint(gpu, shot)?;
@@ -294,7 +310,8 @@ impl<'a> Job<'a> {
             Found::Sums(sums) => sums,
             _ => {
                 let path = checkpoint.path.display();
-                session.warn(format!("there is no {path} to resume: the picture is traced from the beginning"));
+                session
+                    .warn(format!("there is no {path} to resume: the picture is traced from the beginning"));
                 return Ok(false);
             }
         };
@@ -348,7 +365,13 @@ impl<'a> Job<'a> {
     }
 
     /// Writes what is finished, and what is to be kept beside it.
-    fn finish(&self, shot: &Shot, checkpoint: Checkpoint, sums: &Sums, session: &mut Session) -> Result<(), Error> {
+    fn finish(
+        &self,
+        shot: &Shot,
+        checkpoint: Checkpoint,
+        sums: &Sums,
+        session: &mut Session,
+    ) -> Result<(), Error> {
         self.place.make()?;
         let path = shot.path.display();
         if self.arguments.samples.is_some() {
@@ -361,11 +384,16 @@ impl<'a> Job<'a> {
         if shot.frame.is_none() {
             checkpoint.write(sums)?;
         }
-        let (written, clamped) = picture::write(&shot.path, checkpoint.render(), sums, self.arguments.limits.half)?;
+        let (written, clamped) =
+            picture::write(&shot.path, checkpoint.render(), sums, self.arguments.limits.half)?;
         picture::warnings(sums, clamped).into_iter().for_each(|warning| session.warn(warning));
         let [width, height] = sums.crop().size;
-        let noise = sums.noise().map(|noise| format!(", error about {:.1} %", 100.0 * noise)).unwrap_or_default();
-        session.progress.say(&format!("wrote {path}, {width} × {height} pixels, {} samples a pixel{noise}", sums.samples()));
+        let noise =
+            sums.noise().map(|noise| format!(", error about {:.1} %", 100.0 * noise)).unwrap_or_default();
+        session.progress.say(&format!(
+            "wrote {path}, {width} × {height} pixels, {} samples a pixel{noise}",
+            sums.samples()
+        ));
         match shot.frame {
             Some(frame) => {
                 checkpoint.finish(self.limits())?;
@@ -376,13 +404,21 @@ impl<'a> Job<'a> {
                 session.report.wrote(&written);
                 session.report.checkpoint = Some(checkpoint.path.to_string_lossy().into_owned());
                 let kept = checkpoint.path.display();
-                session.progress.say(&format!("kept {kept}: with --resume and a larger --spp the picture is refined"));
+                session
+                    .progress
+                    .say(&format!("kept {kept}: with --resume and a larger --spp the picture is refined"));
             }
         }
         Ok(())
     }
 
-    fn draw(&self, studio: &mut Studio, shot: &Shot, scene: &Scene, session: &mut Session) -> Result<(), Error> {
+    fn draw(
+        &self,
+        studio: &mut Studio,
+        shot: &Shot,
+        scene: &Scene,
+        session: &mut Session,
+    ) -> Result<(), Error> {
         let picture = raster(studio.raster()?, scene, &self.film, session)?;
         self.place.make()?;
         let (path, Crop { origin, size }) = (&shot.path, self.crop);
@@ -391,13 +427,19 @@ impl<'a> Job<'a> {
         let written = match formats::extension(path).as_str() {
             "exr" if size != whole => {
                 let channel = |index: usize| picture.pixels.iter().map(|pixel| pixel[index]).collect();
-                let channels = ["R", "G", "B"].iter().enumerate().map(|(index, name)| (name.to_string(), channel(index)));
+                let channels = ["R", "G", "B"]
+                    .iter()
+                    .enumerate()
+                    .map(|(index, name)| (name.to_string(), channel(index)));
                 let (channels, white_luminance) = (channels.collect(), 1.0 / self.film.exposure);
-                let part = Layered { size, origin, whole, white_luminance, comments: String::new(), channels };
+                let part =
+                    Layered { size, origin, whole, white_luminance, comments: String::new(), channels };
                 formats::exr::write_layered(path, part, false)?.0
             }
             "exr" => formats::exr::write_picture(path, size, &picture.pixels, 1.0 / self.film.exposure)?,
-            _ => formats::png::write_picture(path, size, &picture.developed_from(origin, self.film.tone_map))?,
+            _ => {
+                formats::png::write_picture(path, size, &picture.developed_from(origin, self.film.tone_map))?
+            }
         };
         session.progress.say(&format!("wrote {}, {} × {} pixels", path.display(), size[0], size[1]));
         match shot.frame {
@@ -468,13 +510,20 @@ impl Arguments {
     fn unasked(&self, world: &World) -> (Place, String) {
         let photo = world.photo.as_deref().and_then(|photo| Some((photo.parent()?, photo.file_name()?)));
         match photo {
-            Some((folder, name)) if self.samples.is_none() => (Place::Folder(folder.into()), name.to_string_lossy().into_owned()),
+            Some((folder, name)) if self.samples.is_none() => {
+                (Place::Folder(folder.into()), name.to_string_lossy().into_owned())
+            }
             _ => (Place::of(Path::new("./")), self.name(world)),
         }
     }
 }
 
-fn raster(renderer: &raster::Renderer, scene: &Scene, film: &Film, session: &mut Session) -> Result<Picture, Error> {
+fn raster(
+    renderer: &raster::Renderer,
+    scene: &Scene,
+    film: &Film,
+    session: &mut Session,
+) -> Result<Picture, Error> {
     let mut drawing = renderer.begin(scene, film, Quality::default())?;
     loop {
         let (done, of) = drawing.progress();
