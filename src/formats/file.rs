@@ -8,6 +8,7 @@ use std::io::{self, BufRead, BufReader, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// A file that was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -104,6 +105,23 @@ pub fn is_unfinished(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().as_encoded_bytes();
     name.starts_with(b".terrane-") && name.ends_with(b".part")
 }
+
+/// Removes unfinished files from a folder that nobody has written to for ten minutes: processes that were killed have left them.
+pub fn remove_abandoned(folder: &Path) {
+    let abandoned = |path: &Path| {
+        let modified = fs::symlink_metadata(path).and_then(|metadata| metadata.modified()).ok();
+        let age = modified.and_then(|time| time.elapsed().ok()).unwrap_or_default();
+        is_unfinished(path) && age > ABANDONED
+    };
+    for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|found| found.path()) {
+        if abandoned(&path) {
+            // Another run may have been faster, or the file is somebody else's.
+            let _ = fs::remove_file(path);
+        }
+    }
+}
+
+const ABANDONED: Duration = Duration::from_secs(600);
 
 /// Removes the temporary files of every [`write()`] under way, and lets none of them finish: for a process that is about
 /// to exit at once.

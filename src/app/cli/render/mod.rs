@@ -272,6 +272,11 @@ impl<'a> Job<'a> {
         if !self.arguments.resume || work.gathered.is_some() {
             return Ok(());
         }
+        let folder = work.shots.first().and_then(|shot| shot.path.parent());
+        folder.into_iter().for_each(|folder| {
+            let here = folder.as_os_str().is_empty();
+            file::remove_abandoned(if here { Path::new(".") } else { folder });
+        });
         let mut left = Vec::new();
         for shot in std::mem::take(&mut work.shots) {
             if !self.is_finished(gpu, shot, session)? {

@@ -5,6 +5,7 @@ use super::picture::{self, Finish};
 use crate::app::cli::output::Place;
 use crate::app::error::Kept;
 use crate::app::{Error, Session, interrupt, keep};
+use crate::formats::file::Written;
 use crate::gpu;
 use crate::trace::{MOST_SAMPLES, Sums, Tracing};
 use clap::Args;
@@ -53,25 +54,30 @@ impl Goal<'_> {
     ) -> Result<(), Error> {
         let interval = keep::interval();
         let (begun, before) = (Instant::now(), tracing.sums().progress().1);
-        let (mut last, mut pause) = (Instant::now(), interval);
+        let [mut sums_kept, mut picture_written] = [Pace::new(interval), Pace::new(interval)];
         let mut noise = Noise::default();
         loop {
             noise.look(tracing.sums());
             self.tell(tracing.sums(), &noise, begun, before, session);
             if interrupt::requested() {
                 tracing.settle()?;
-                let kept = self.keep(tracing.sums(), checkpoint, Some(&mut *session))?;
+                let sums = tracing.sums();
+                let kept = self.keep(sums, checkpoint)?;
+                session.report.checkpoint = kept.then(|| checkpoint.path.to_string_lossy().into_owned());
+                self.show(sums, checkpoint)?.iter().for_each(|written| session.report.wrote(written));
+                let kept = kept.then(|| Kept::Samples(checkpoint.path.clone()));
                 return Err(Error::Interrupted { written: session.report.written(), kept });
             }
             if self.is_reached(tracing.sums(), &noise, begun) {
                 return Ok(());
             }
-            if interrupt::writing_requested() || last.elapsed() >= pause {
+            let asked = interrupt::writing_requested();
+            if asked || sums_kept.is_due() {
                 tracing.settle()?;
-                let start = Instant::now();
-                self.keep(tracing.sums(), checkpoint, None)?;
-                // On a slow disk less often, so that tracing has most of the time.
-                (last, pause) = (Instant::now(), interval.max(20 * start.elapsed()));
+                sums_kept.time(|| self.keep(tracing.sums(), checkpoint))?;
+            }
+            if asked || picture_written.is_due() {
+                picture_written.time(|| self.show(tracing.sums(), checkpoint))?;
             }
             lose_device()?;
             if !tracing.step(self.end)? {
@@ -80,30 +86,24 @@ impl Goal<'_> {
         }
     }
 
-    /// Writes a checkpoint and the picture so far; the report hears of it at the end.
-    fn keep(
-        &self,
-        sums: &Sums,
-        checkpoint: &Checkpoint,
-        session: Option<&mut Session>,
-    ) -> Result<Option<Kept>, Error> {
-        if sums.progress().1 == 0 {
+    /// Writes a checkpoint, if there is anything to keep.
+    fn keep(&self, sums: &Sums, checkpoint: &Checkpoint) -> Result<bool, Error> {
+        let any = sums.progress().1 > 0;
+        if any {
+            self.place.make()?;
+            checkpoint.write(sums)?;
+        }
+        Ok(any)
+    }
+
+    /// Writes the picture so far, if all of its pixels have a sample.
+    fn show(&self, sums: &Sums, checkpoint: &Checkpoint) -> Result<Option<Written>, Error> {
+        if self.is_shard || sums.samples() == 0 {
             return Ok(None);
         }
         self.place.make()?;
-        checkpoint.write(sums)?;
-        let has_picture = sums.samples() > 0 && !self.is_shard;
-        let written = match has_picture {
-            true => {
-                Some(picture::write(self.path, checkpoint.render(), sums, self.limits.finish.half, None)?.0)
-            }
-            false => None,
-        };
-        if let Some(session) = session {
-            session.report.checkpoint = Some(checkpoint.path.to_string_lossy().into_owned());
-            written.iter().for_each(|written| session.report.wrote(written));
-        }
-        Ok(Some(Kept::Samples(checkpoint.path.clone())))
+        let (written, _) = picture::write(self.path, checkpoint.render(), sums, self.limits.finish.half, None)?;
+        Ok(Some(written))
     }
 
     /// Whether the picture has all its samples, is clean enough, or its time is up.
@@ -127,6 +127,30 @@ impl Goal<'_> {
         let left = self.limits.time_limit.map(|limit| limit.saturating_sub(begun.elapsed()).as_secs());
         let left = left.map(|left| format!(", at most {left} s left")).unwrap_or_default();
         session.progress.detail(format!("{:.2} M samples/s{noise}{left}", rate / 1e6));
+    }
+}
+
+/// When something is written again: at intervals, and so that writing takes no more than a twentieth of the time.
+struct Pace {
+    interval: Duration,
+    last: Instant,
+    pause: Duration,
+}
+
+impl Pace {
+    fn new(interval: Duration) -> Self {
+        Pace { interval, last: Instant::now(), pause: interval }
+    }
+
+    fn is_due(&self) -> bool {
+        self.last.elapsed() >= self.pause
+    }
+
+    fn time<T>(&mut self, write: impl FnOnce() -> Result<T, Error>) -> Result<(), Error> {
+        let begun = Instant::now();
+        write()?;
+        (self.last, self.pause) = (Instant::now(), self.interval.max(20 * begun.elapsed()));
+        Ok(())
     }
 }
 
