@@ -79,9 +79,9 @@ pub fn rays(gpu: &Gpu, stops: impl Fn() -> bool, mut done: impl FnMut(&Row)) -> 
         let heights = rec.download(&scene.ground.height);
         heights.take(&rec.submit()?.wait()?)
     };
-    let triangles: Vec<Triangle> = ground::triangles(grid, &heights, scene.ground.sea_level)
-        .iter()
-        .map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() })
+    let triangles: Vec<Triangle> = ground::mesh(grid, &heights, scene.ground.sea_level)
+        .solid()
+        .map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() })
         .collect();
     let watch = Stopwatch::start();
     let native = Native::new(&triangles);

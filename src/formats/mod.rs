@@ -4,6 +4,7 @@
 pub mod exr;
 pub mod file;
 pub mod gltf;
+pub mod mitsuba;
 pub mod model;
 pub mod obj;
 pub mod ply;

@@ -38,12 +38,16 @@ pub fn sky_irradiance(sky: &Sky) -> [[f32; 3]; 9] {
 const ROWS: usize = 256;
 const COLUMNS: usize = 256;
 
-/// Linear Rec.709 radiance from the unit vector `view`, cd/m².
+/// Linear Rec.709 radiance from the unit vector `view`, cd/m²: the twin of `sky_radiance` in `glsl/lib/sky.glsl`. Clear skies
+/// are below the horizon as at it.
 pub fn radiance(sky: &Sky, view: DVec3) -> [f64; 3] {
     match sky {
         Sky::None => [0.0; 3],
         Sky::Constant { radiance } => radiance.map(f64::from),
-        Sky::Preetham(perez) => perez.radiance(view).map(|channel| channel.max(0.0)),
+        Sky::Preetham(perez) => {
+            let above = if view.y < 0.0 { DVec3::new(view.x, 1e-3, view.z).normalize() } else { view };
+            perez.radiance(above).map(|channel| channel.max(0.0))
+        }
     }
 }
 

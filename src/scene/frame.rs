@@ -8,9 +8,6 @@ use crate::shaders::{self, Frame};
 /// Nearest distance that is drawn, metres.
 const NEAR: f32 = 0.5;
 
-/// Radius of the smallest disc, radians: a sun without one would be infinitely bright.
-const LEAST_SUN_RADIUS: f32 = 1e-4;
-
 /// What a picture of `scene` through `camera` begins with, `side` × `side` samples a pixel. `patches` and `top`, of which not every
 /// renderer makes use, are left 0.
 pub fn frame(scene: &Scene, film: &Film, side: u32, camera: &Pinhole) -> Frame {
@@ -70,12 +67,12 @@ fn tint(mixture: Mixture) -> shaders::Tint {
 
 fn with_sun(frame: Frame, scene: &Scene) -> Frame {
     let Some(sun) = scene.light.sun else {
-        return Frame { sun_direction: [0.0, 1.0, 0.0], sun_radius: LEAST_SUN_RADIUS, ..frame };
+        return Frame { sun_direction: [0.0, 1.0, 0.0], sun_radius: 1e-4, ..frame };
     };
     Frame {
         sun_direction: sun.direction.to_array(),
         sun_irradiance: sun.irradiance,
-        sun_radius: (sun.diameter / 2.0).max(LEAST_SUN_RADIUS),
+        sun_radius: sun.radius(),
         ..frame
     }
 }

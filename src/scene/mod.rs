@@ -79,6 +79,13 @@ pub struct Sun {
     pub diameter: f32,
 }
 
+impl Sun {
+    /// Of the disc, radians. One without a radius would be infinitely bright.
+    pub fn radius(&self) -> f32 {
+        (self.diameter / 2.0).max(1e-4)
+    }
+}
+
 /// What scatters light between the eye and the ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Air {

@@ -51,7 +51,8 @@ pub struct Settings {
     pub aperture: f32,
     /// Distance of what is sharp, metres, along the axis of the camera.
     pub focus: f32,
-    /// Whether materials have their mean colour and nothing else: no noise, relief or gloss.
+    /// Whether materials have their mean colour and nothing else, no noise, relief or gloss, and there is neither water nor
+    /// clouds: what other renderers can show, too.
     pub plain: bool,
 }
 
@@ -322,6 +323,7 @@ impl Tracing<'_> {
         let size = [count, 1];
         let (first, count) = (first as i32, count as i32);
         let &Settings { seed, bounces, aperture, focus, plain } = settings;
+        let sea_level = if plain { f32::MIN } else { ground.sea_level };
         let mut rec = Recorder::new(&tracer.gpu);
         rec.dispatch(
             &tracer.generate,
@@ -335,7 +337,7 @@ impl Tracing<'_> {
             rec.dispatch(
                 &tracer.extend,
                 size,
-                extend::Push { turn, sea_level: ground.sea_level },
+                extend::Push { turn, sea_level },
                 extend::Bindings {
                     nodes,
                     triangles,
