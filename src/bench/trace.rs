@@ -134,7 +134,7 @@ fn scene(gpu: &Gpu, world: &World) -> Result<Scene, Error> {
     while !simulation.step(Duration::from_millis(100))?.finished {}
     Ok(Scene {
         ground: simulation.land()?,
-        light: world.light,
+        light: world.light.clone(),
         sea: world.sea,
         surface: world.surface.clone(),
         population: Population::default(),

@@ -109,6 +109,22 @@ pub fn write_channels(
 /// # Errors
 /// When the file can't be read, is damaged, too large, has no such channel or holds numbers that aren't finite.
 pub fn read_channel(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
+    let ([width, height], values) = read_channels(path, |header| Ok([map_channel(header)?]))?;
+    Ok((width, height, values.into_flattened()))
+}
+
+/// Reads R, G and B of a picture, or its only channel thrice; gives its width and height, too.
+///
+/// # Errors
+/// Those of [`read_channel`].
+pub fn read_picture(path: &Path) -> Result<([u32; 2], Vec<[f32; 3]>), Error> {
+    read_channels(path, color_channels)
+}
+
+fn read_channels<const N: usize>(
+    path: &Path,
+    choose: impl Fn(&Header) -> Result<[usize; N], String>,
+) -> Result<([u32; 2], Vec<[f32; N]>), Error> {
     let corrupt = |error: exr::error::Error| match error {
         exr::error::Error::Io(source) => Error::Read { path: path.into(), source },
         error => Error::Corrupt { path: path.into(), format: "EXR", reason: error.to_string() },
@@ -131,39 +147,52 @@ pub fn read_channel(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
 
     let header = &reader.headers()[0];
     let size = header.layer_size;
-    let channel = map_channel(header).map_err(unsuitable)?;
-    let sample_type = header.channels.list[channel].sample_type;
+    if N > 1 {
+        let size = [size.width() as u32, size.height() as u32];
+        super::check_picture_size(path, "EXR", size, file_bytes)?;
+    }
+    if header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+        let reason = "its channels are subsampled; save it with every channel at full size";
+        return Err(unsuitable(reason.into()));
+    }
+    let chosen = choose(header).map_err(unsuitable)?;
     let channels = header.channels.clone();
 
     // Not a number where no block has arrived.
     let mut values = collect(path, [size.width() as u64, size.height() as u64])?;
-    values.resize(size.area(), f32::NAN);
+    values.resize(size.area(), [f32::NAN; N]);
     reader
         .all_chunks(false)
         .map_err(corrupt)?
         .decompress_sequential(false, |_, block: UncompressedBlock| {
             for line in block.lines(&channels) {
                 let place = line.location;
-                if block.index.layer != 0 || place.level != Vec2(0, 0) || place.channel != channel {
+                if block.index.layer != 0
+                    || place.level != Vec2(0, 0)
+                    || !chosen.contains(&place.channel)
+                {
                     continue;
                 }
+                let Some(channel) = channels.list.get(place.channel) else { continue };
                 let start = place.position.y() * size.width() + place.position.x();
                 let Some(row) = values.get_mut(start..start + place.sample_count) else {
                     return Err(exr::error::Error::Invalid("a block lies outside the image".into()));
                 };
-                for (index, value) in row.iter_mut().enumerate() {
-                    *value = sample(line.value, sample_type, index);
+                for (index, values) in row.iter_mut().enumerate() {
+                    let sample = sample(line.value, channel.sample_type, index);
+                    let mine = values.iter_mut().zip(&chosen).filter(|(_, chosen)| **chosen == place.channel);
+                    mine.for_each(|(value, _)| *value = sample);
                 }
             }
             Ok(())
         })
         .map_err(corrupt)?;
 
-    if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+    if let Some(index) = values.iter().position(|values| values.iter().any(|value| !value.is_finite())) {
         let (column, row) = (index % size.width(), index / size.width());
         return Err(unsuitable(format!("its value in column {column}, row {row} is missing or not finite")));
     }
-    Ok((size.width() as u32, size.height() as u32, values))
+    Ok(([size.width() as u32, size.height() as u32], values))
 }
 
 /// Primaries and white point of ITU-R BT.709 with D65.
@@ -200,10 +229,21 @@ fn map_channel(header: &Header) -> Result<usize, String> {
             ));
         }
     };
-    if channels.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
-        return Err("its channels are subsampled; save it with every channel at full size".into());
-    }
     Ok(index)
+}
+
+/// Where a picture's colours are, or why there are none.
+fn color_channels(header: &Header) -> Result<[usize; 3], String> {
+    let channels = &header.channels.list;
+    let named = |name: &str| channels.iter().position(|channel| channel.name.eq(name));
+    match ([named("R"), named("G"), named("B")], channels.len()) {
+        ([Some(red), Some(green), Some(blue)], _) => Ok([red, green, blue]),
+        (_, 1) => Ok([0; 3]),
+        _ => {
+            let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+            Err(format!("its channels are {}; it must have R, G and B", names.join(", ")))
+        }
+    }
 }
 
 /// Refuses a header that promises more blocks than the file has room for, or blocks that outgrow any image: memory is

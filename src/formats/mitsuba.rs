@@ -9,7 +9,7 @@ use super::file::{self, Written};
 use super::{exr, ply};
 use crate::core::camera::Pinhole;
 use crate::core::mesh::Mesh;
-use crate::scene::{Film, Instance, Light, Material, Model, Part, Population, Sky, Sun, dome};
+use crate::scene::{Film, Instance, Light, Material, Model, Part, Population, Sky, SkyMap, Sun, dome};
 use crate::shaders::Corner;
 use glam::{DVec3, Mat4, Vec3};
 use std::f64::consts::PI;
@@ -38,8 +38,7 @@ pub struct Land {
     pub triangles: Vec<[u32; 3]>,
 }
 
-/// Width and height of the sky's picture. Its first row is straight up, its last straight down, as Mitsuba takes them, and one
-/// in the middle is the horizon.
+/// Width and height of the picture of a clear sky.
 const SKY: [u32; 2] = [1024, 513];
 
 /// Distance of the sun's disc, metres: so far that it stands still wherever one goes.
@@ -57,7 +56,7 @@ pub fn write(folder: &Path, contents: &Contents) -> Result<Vec<Written>, Error> 
             written.push(ply::write(&folder.join(back_name(&name)), &turned(&part.mesh))?);
         }
     }
-    if matches!(contents.light.sky, Sky::Preetham(_)) {
+    if !matches!(contents.light.sky, Sky::None | Sky::Constant { .. }) {
         written.push(write_sky(&folder.join("sky.exr"), &contents.light.sky)?);
     }
     let xml = file::write(&folder.join("scene.xml"), |writer| write_scene(writer, contents))?;
@@ -153,9 +152,14 @@ fn write_land(path: &Path, land: &Land) -> Result<Written, Error> {
     })
 }
 
-/// All of the sky, below the horizon, too, in cd/m². Columns go clockwise from north.
+/// All of the sky, below the horizon, too, in cd/m². The first row is straight up, the last straight down, as Mitsuba takes them, and
+/// one in the middle is the horizon; columns go clockwise from north.
 fn write_sky(path: &Path, sky: &Sky) -> Result<Written, Error> {
-    let [width, height] = SKY;
+    let [width, height] = match sky {
+        // What is bilinear between its middles is bilinear between these, all but.
+        Sky::Map(map) => [(2 * map.width).min(SkyMap::MOST[0]), (2 * map.height).min(SkyMap::MOST[1]) + 1],
+        _ => SKY,
+    };
     let pixel = |index: u32| {
         let azimuth = 2.0 * PI * (f64::from(index % width) + 0.5) / f64::from(width);
         let zenith = PI * f64::from(index / width) / f64::from(height - 1);
@@ -164,7 +168,7 @@ fn write_sky(path: &Path, sky: &Sky) -> Result<Written, Error> {
         dome::radiance(sky, view).map(|channel| channel as f32)
     };
     let pixels: Vec<_> = (0..width * height).map(pixel).collect();
-    exr::write_picture(path, SKY, &pixels, 1.0)
+    exr::write_picture(path, [width, height], &pixels, 1.0)
 }
 
 fn write_scene(writer: &mut impl Write, contents: &Contents) -> io::Result<()> {
@@ -259,13 +263,13 @@ fn sensor(camera: &Pinhole, film: &Film, [radius, focus]: [f32; 2]) -> String {
 }
 
 fn lights(light: &Light, exposure: f32) -> String {
-    let sky = match light.sky {
+    let sky = match &light.sky {
         Sky::None => String::new(),
         Sky::Constant { radiance } => {
             let radiance = radiance.map(|channel| channel * exposure);
             format!("<emitter type=\"constant\">{}</emitter>\n", rgb("radiance", radiance))
         }
-        Sky::Preetham(_) => format!(
+        Sky::Preetham(_) | Sky::HosekWilkie(_) | Sky::Map(_) => format!(
             "<emitter type=\"envmap\"><string name=\"filename\" value=\"sky.exr\"/>{}</emitter>\n",
             float("scale", exposure)
         ),

@@ -106,8 +106,12 @@ impl Tracer {
         let heights = rec.download(&scene.ground.height);
         let heights = heights.take(&rec.submit()?.wait()?);
         let tree = Tree::new(gpu, scene, &heights)?;
-        let frame = upload(gpu, "frame", &[scene::frame(scene, film, 1, camera)])?;
-        let dome = upload(gpu, "dome", &sky::table(&scene.light.sky))?;
+        let sky = &scene.light.sky;
+        let dome_size = sky::size(sky).map(|count| count as i32);
+        let frame = Frame { dome_size, ..scene::frame(scene, film, 1, camera) };
+        let frame = upload(gpu, "frame", &[frame])?;
+        let panorama = scene::panorama(gpu, sky)?;
+        let dome = upload(gpu, "dome", &sky::table(sky))?;
         let [openness, surf] = self.exposure(scene, &frame)?;
         let paths = Paths::new(gpu, Block::most_pixels(film) as usize, settings.bounces)?;
         let sums = Sums::new(film.width, film.height);
@@ -122,6 +126,7 @@ impl Tracer {
             settings,
             tree,
             frame,
+            panorama,
             dome,
             openness,
             surf,
@@ -214,6 +219,7 @@ pub struct Tracing<'a> {
     settings: Settings,
     tree: Tree,
     frame: Buffer<Frame>,
+    panorama: Buffer<[f32; 3]>,
     dome: Buffer<f32>,
     openness: Image<R32f>,
     surf: Image<R32f>,
@@ -315,7 +321,7 @@ impl Tracing<'_> {
         count: u32,
         film: &Buffer<shaders::Pixel>,
     ) -> gpu::Result<()> {
-        let Tracing { tracer, scene, settings, tree, frame, dome, openness, surf, paths, .. } = self;
+        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, openness, surf, paths, .. } = self;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
         let Tree { nodes, triangles, facets, placements, materials } = tree;
         let ground = &scene.ground;
@@ -356,7 +362,7 @@ impl Tracing<'_> {
             rec.concurrent(|rec| {
                 let queue = escaped;
                 let bindings =
-                    escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
+                    escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome, panorama };
                 rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
                 let queue = sea;
                 let height = &ground.height;
@@ -370,6 +376,7 @@ impl Tracing<'_> {
                     looks,
                     features,
                     dome,
+                    panorama,
                     height,
                     surf,
                 };
@@ -388,6 +395,7 @@ impl Tracing<'_> {
                         looks,
                         features,
                         dome,
+                        panorama,
                         triangles,
                         height: &ground.height,
                         wetness: &ground.wetness,
@@ -410,6 +418,7 @@ impl Tracing<'_> {
                         looks,
                         features,
                         dome,
+                        panorama,
                         triangles,
                         facets,
                         placements,
