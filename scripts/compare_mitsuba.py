@@ -125,7 +125,9 @@ def main():
     # Few passes know their own variance badly, so blocks are judged by twice as many errors as a Gaussian would need.
     noise = numpy.sqrt(blocks(numpy, variance, side).sum(axis=2)) + 1e-12
     size = gap / (3 * side * side * theirs.mean())
-    worst = numpy.unravel_index(numpy.argmax(numpy.abs(gap) / noise), gap.shape)
+    # A constant sky has no noise, and differs in the last digit.
+    judged = numpy.where(numpy.abs(size) > 1e-4, numpy.abs(gap) / noise, 0)
+    worst = numpy.unravel_index(numpy.argmax(judged), gap.shape)
     structured = (numpy.abs(gap) > 8 * noise) & (numpy.abs(size) > STRUCTURE)
     print(f"worst of {gap.size} blocks: {100 * size[worst]:+.2f} % of the mean, {gap[worst] / noise[worst]:+.1f} standard errors, "
           f"at ({side * worst[1]}, {side * worst[0]})")
