@@ -4,12 +4,12 @@ mod kit;
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use terrane::core::camera::Pinhole;
 use terrane::core::hash::mix;
 use terrane::core::mesh::Mesh;
 use terrane::gpu::{Buffer, Compute, Gpu, Recorder};
-use terrane::scene::{Film, Instance, Material, Scene, Sky, Sun, ToneMap};
+use terrane::scene::{Film, Instance, Material, Scene, Sky, SkyMap, Sun, ToneMap};
 use terrane::shaders::{Trial, trace::scatter};
 use terrane::trace::{Ray, Settings, Tracer};
 
@@ -104,6 +104,78 @@ fn plane_under_the_sun() {
         let expected = 0.5 / PI * 3.0 * f64::from(angle.to_radians()).cos();
         assert_radiance(radiance(&gpu, &scene, 3, Vec3::new(1.0, 4.0, 0.5), Vec3::ZERO), expected);
     }
+}
+
+/// However large the sun, what faces it receives its irradiance.
+#[test]
+fn plane_under_a_large_sun() {
+    let gpu = kit::gpu();
+    let plane = sheet(Vec3::new(-5.0, 0.0, -5.0), 10.0 * Vec3::Z, 10.0 * Vec3::X);
+    let mut scene = sun(with(empty(&gpu), vec![(plane, grey(0.5))]), 0.0, 3.0);
+    scene.light.sun.as_mut().expect("a sun").diameter = 60_f32.to_radians();
+    assert_radiance(radiance(&gpu, &scene, 3, Vec3::new(1.0, 4.0, 0.5), Vec3::ZERO), 0.5 / PI * 3.0);
+}
+
+/// One bright texel lights a plane by the integral of its light over the sphere, times the cosine: across, all of a texel's width
+/// and of its brightness; down, as its brightness falls off evenly towards the texels above and below.
+#[test]
+fn plane_under_a_picture_of_the_sky() {
+    let gpu = kit::gpu();
+    let plane = || sheet(Vec3::new(-5.0, 0.0, -5.0), 10.0 * Vec3::Z, 10.0 * Vec3::X);
+    // The second is as small as the sun.
+    for (height, row, brightness) in [(32, 8, 100.0), (512, 100, 1e5)] {
+        let width = 2 * height;
+        let mut map = SkyMap {
+            width,
+            height,
+            texels: vec![[0.0; 3]; (width * height) as usize],
+            rotation: 0.3,
+        };
+        map.texels[(row * width + width / 3) as usize] = [brightness; 3];
+        let side = PI / f64::from(height);
+        let middle = side * (f64::from(row) + 0.5);
+        let steps = 1000;
+        let down = (0..steps).map(|step| {
+            let off = 2.0 * (f64::from(step) + 0.5) / f64::from(steps) - 1.0;
+            let zenith = middle + off * side;
+            (1.0 - off.abs()) * zenith.cos() * zenith.sin() * 2.0 * side / f64::from(steps)
+        });
+        let irradiance = f64::from(brightness) * side * down.sum::<f64>();
+        let mut scene = with(empty(&gpu), vec![(plane(), grey(0.5))]);
+        scene.light.sky = Sky::Map(Arc::new(map));
+        let found = radiance(&gpu, &scene, 3, Vec3::new(1.0, 4.0, 0.5), Vec3::ZERO);
+        assert_radiance(found, 0.5 / PI * irradiance);
+        // From below the plane is dark.
+        let (below, _) = radiance(&gpu, &scene, 3, Vec3::new(1.0, -4.0, 0.5), Vec3::ZERO);
+        assert_eq!(below, 0.0);
+    }
+}
+
+/// A picture that is 1 everywhere is a constant sky, and one that is 1 below the horizon lights what looks down.
+#[test]
+fn bowl_under_a_picture_of_the_sky() {
+    let gpu = kit::gpu();
+    let map = |lit: std::ops::Range<usize>| {
+        let texels = (0..128).map(|index| [if lit.contains(&index) { 1.0 } else { 0.0 }; 3]).collect();
+        Sky::Map(Arc::new(SkyMap { width: 16, height: 8, texels, rotation: 0.0 }))
+    };
+    let mut scene = bowl(&gpu);
+    scene.light.sky = map(0..128);
+    let eye = Vec3::new(0.2, -0.1, 0.1);
+    assert_radiance(radiance(&gpu, &scene, 5, eye, Vec3::new(0.6, -0.8, 0.0)), 0.33300781);
+    let plane = sheet(Vec3::new(-5.0, 0.0, -5.0), 10.0 * Vec3::Z, 10.0 * Vec3::X);
+    let mut scene = with(empty(&gpu), vec![(plane, grey(0.5))]);
+    scene.light.sky = map(80..128);
+    // All rows but one are lit, and light falls off evenly across the horizon's: ∫ L cos sin over 0…π/2 from straight down.
+    let steps = 10_000;
+    let lit = (0..steps).map(|step| {
+        let angle = PI / 2.0 * (f64::from(step) + 0.5) / f64::from(steps);
+        let rows_up = angle / (PI / 8.0);
+        let light = (3.5 - rows_up).clamp(0.0, 1.0);
+        light * angle.cos() * angle.sin() * (PI / 2.0) / f64::from(steps)
+    });
+    let expected = 0.5 / PI * 2.0 * PI * lit.sum::<f64>();
+    assert_radiance(radiance(&gpu, &scene, 1, Vec3::new(1.0, -4.0, 0.5), Vec3::ZERO), expected);
 }
 
 /// Half of what leaves a place in a hemisphere meets the hemisphere again, wherever the place is.
@@ -512,7 +584,9 @@ fn the_sea_in_a_furnace() {
         let bottom = sheet(Vec3::new(-500.0, -2.0, -500.0), 1000.0 * Vec3::Z, 1000.0 * Vec3::X);
         scene = with(scene, vec![(bottom, grey(1.0))]);
         for eye in [Vec3::new(0.0, 3.0, 0.5), Vec3::new(0.0, 1.0, 4.0)] {
-            let (mean, error) = radiance(&gpu, &scene, 40, eye, Vec3::ZERO);
+            // Constant materials have no sea.
+            let settings = Settings { bounces: 40, plain: false, ..Settings::default() };
+            let (mean, error) = radiance_with(&gpu, &scene, settings, eye, Vec3::ZERO);
             assert!((mean - 1.0).abs() <= 4.0 * error + 0.01, "{roughness}, {eye}: {mean} ± {error}");
         }
     }

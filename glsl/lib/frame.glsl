@@ -8,6 +8,8 @@
 const uint SKY_NONE = 0;
 const uint SKY_CONSTANT = 1;
 const uint SKY_PREETHAM = 2;
+const uint SKY_HOSEK_WILKIE = 3;
+const uint SKY_MAP = 4;
 
 layout(binding = 0, scalar) uniform Frame {
     // Camera.
@@ -40,7 +42,12 @@ layout(binding = 0, scalar) uniform Frame {
     vec3 perez_c;
     vec3 perez_d;
     vec3 perez_e;
-    vec3 perez_sun;
+    vec3 perez_sun;          // of Hosek and Wilkie's sky, too
+    vec3 hosek_wilkie[9];    // A, B, C, D, E, F, G, I, H of its equation 8, each for red, green and blue
+    vec3 hosek_wilkie_radiance; // cd/m²
+    ivec2 sky_map_size;      // columns and rows
+    float sky_map_turn;      // of its left edge, clockwise from north
+    ivec2 dome_size;         // of the table that the sky is looked for by
     vec3 sky_irradiance[9];  // spherical harmonics of what a plane receives from the sky, by its normal
     vec3 molecule_extinction;
     vec3 haze_extinction;

@@ -2,6 +2,9 @@
 #ifndef SKY_GLSL
 #define SKY_GLSL
 
+// Texels of a picture of the whole sky, row by row from straight up; columns go clockwise.
+layout(binding = 30, scalar) readonly buffer Panorama { vec3 panorama_[]; };
+
 // asin on 0…1 to 32-bit accuracy: drivers' own may be off by 1.6e-4 (after Cephes's asinf, Moshier 1984).
 float accurate_asin(float x) {
     bool upper = x > 0.5;
@@ -29,12 +32,49 @@ vec3 preetham(vec3 view) {
     return rec709_from_xyz(vec3(yxy.y * scale, yxy.x, (1.0 - yxy.y - yxy.z) * scale));
 }
 
-// From the unit vector `view`; below the horizon as at it.
+// Hosek & Wilkie 2012, equation 8.
+vec3 hosek_wilkie(vec3 view) {
+    float gamma = 2.0 * accurate_asin(min(0.5 * distance(view, frame.perez_sun), 1.0));
+    float cos_gamma = dot(view, frame.perez_sun);
+    float ray = cos_gamma * cos_gamma;
+    vec3 h = frame.hosek_wilkie[8];
+    vec3 haze = (1.0 + ray) / pow(max(1.0 + h * h - 2.0 * h * cos_gamma, 1e-6), vec3(1.5));
+    float cos_theta = max(view.y, 0.0);
+    vec3 gradient = 1.0 + frame.hosek_wilkie[0] * exp(frame.hosek_wilkie[1] / (cos_theta + 0.01));
+    vec3 glow = frame.hosek_wilkie[2] + frame.hosek_wilkie[3] * exp(frame.hosek_wilkie[4] * gamma)
+              + frame.hosek_wilkie[5] * ray + frame.hosek_wilkie[6] * haze + frame.hosek_wilkie[7] * sqrt(cos_theta);
+    return frame.hosek_wilkie_radiance * gradient * glow;
+}
+
+// Angle from straight up, as a share of π.
+float from_zenith(vec3 view) {
+    float rise = accurate_asin(min(abs(view.y), 1.0)) / PI;
+    return 0.5 - (view.y < 0.0 ? -rise : rise);
+}
+
+vec3 sky_texel(ivec2 at) {
+    ivec2 size = frame.sky_map_size;
+    int column = at.x < 0 ? at.x + size.x : at.x >= size.x ? at.x - size.x : at.x;
+    return panorama_[clamp(at.y, 0, size.y - 1) * size.x + column];
+}
+
+// Bilinear between the middles of texels.
+vec3 pictured(vec3 view) {
+    float turn = fract(atan(view.x, -view.z) / (2.0 * PI) - frame.sky_map_turn);
+    vec2 at = vec2(turn, from_zenith(view)) * vec2(frame.sky_map_size) - 0.5;
+    ivec2 first = ivec2(floor(at));
+    vec2 t = at - vec2(first);
+    return mix(mix(sky_texel(first), sky_texel(first + ivec2(1, 0)), t.x),
+               mix(sky_texel(first + ivec2(0, 1)), sky_texel(first + ivec2(1, 1)), t.x), t.y);
+}
+
+// From the unit vector `view`; clear skies are below the horizon as at it.
 vec3 sky_radiance(vec3 view) {
     if (frame.sky == SKY_NONE) return vec3(0.0);
     if (frame.sky == SKY_CONSTANT) return frame.sky_constant;
+    if (frame.sky == SKY_MAP) return pictured(view);
     if (view.y < 0.0) view = normalize(vec3(view.x, 1e-3, view.z));
-    return max(preetham(view), 0.0);
+    return max(frame.sky == SKY_PREETHAM ? preetham(view) : hosek_wilkie(view), 0.0);
 }
 
 // The disc, darker towards its limb (u = 0.6: Cox 2000, Allen's Astrophysical Quantities).

@@ -13,13 +13,18 @@ struct Spot {
     uint object;
 };
 
+// Whether light from `l` comes from the same side of the surface as of its shading normal; if not there is none, lest it shine
+// through. Constant materials know the shading normal alone, as those of other renderers do.
+bool on_one_side(Spot spot, float facing, vec3 l) {
+    return push.work.plain == 1u || (facing > 0.0) == (dot(l, spot.outward) > 0.0);
+}
+
 // Value times cosine towards the path, for light from the world direction `l`.
 vec3 leaving(Spot spot, vec3 view, vec3 l, out float density) {
     mat3 axes = frame_of(spot.normal);
     density = 0.0;
     vec3 local = l * axes;
-    // Light must come from the same side of the surface as of its shading normal.
-    if (local.z == 0.0 || (local.z > 0.0) != (dot(l, spot.outward) > 0.0)) return vec3(0.0);
+    if (local.z == 0.0 || !on_one_side(spot, local.z, l)) return vec3(0.0);
     vec3 v = -view * axes;
     v.z = max(v.z, 1e-3);
     return scattered(spot.bsdf, normalize(v), local, density);
@@ -56,7 +61,7 @@ void turn_at(uint index, Path path, Spot spot, float range) {
     v.z = max(v.z, 1e-3);
     Scattered way = scatter(spot.bsdf, normalize(v), random_pair(index, 1u), random_pair(index, 2u).x);
     vec3 direction = axes * way.direction;
-    if (way.density <= 0.0 || (way.direction.z > 0.0) != (dot(direction, spot.outward) > 0.0)) return;
+    if (way.density <= 0.0 || !on_one_side(spot, way.direction.z, direction)) return;
     path.origin = start(spot.point, spot.outward, direction);
     path.direction = direction;
     path.throughput *= way.weight;

@@ -33,6 +33,12 @@ float sun_solid_angle() {
     return 4.0 * PI * s * s;
 }
 
+// Of the disc, the same all over: what faces its middle receives ∫ cos = π sin² r of it.
+vec3 sun_radiance() {
+    float s = sin(frame.sun_radius);
+    return frame.sun_irradiance / (PI * s * s);
+}
+
 bool has_sun() {
     return frame.sun_irradiance != vec3(0.0);
 }
@@ -105,7 +111,7 @@ Light find_light(uint index, Path path, float height_) {
         float angle = 2.0 * PI * v.y;
         direction = frame_of(frame.sun_direction) * vec3(level * cos(angle), level * sin(angle), 1.0 - fall);
         density = (1.0 - share) / sun_solid_angle();
-        radiance = frame.sun_irradiance / sun_solid_angle();
+        radiance = sun_radiance();
     }
     if (density <= 0.0 || path.medium == WATER && direction.y <= 0.0) return Light(vec3(0.0), vec3(0.0), 0.0, 1.0);
     if (path.medium == WATER) return through_sea(direction, radiance, density, max(frame.sea_level - height_, 0.0));

@@ -20,7 +20,7 @@ vec3 beyond(Path path) {
     if (looked) light *= path.density / (path.density + path.sky_share * dome_density(direction));
     if (has_sun() && in_sun(direction)) {
         float share = looked ? path.density / (path.density + (1.0 - path.sky_share) / sun_solid_angle()) : 1.0;
-        light += share * frame.sun_irradiance / sun_solid_angle();
+        light += share * sun_radiance();
     }
     return light;
 }
@@ -32,7 +32,7 @@ void main() {
     Path path = paths[index];
     if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0u);
     vec3 light = beyond(path);
-    // Clouds are a backdrop: the eye sees them, and they give no light.
-    if (push.work.turn == 0u) light = with_clouds(light, path.direction, 1e9);
+    // Clouds are a backdrop: the eye sees them, and they give no light. Other renderers don't have them.
+    if (push.work.turn == 0u && push.work.plain == 0u) light = with_clouds(light, path.direction, 1e9);
     paths[index].radiance = path.radiance + path.throughput * light;
 }

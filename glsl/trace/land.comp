@@ -21,6 +21,7 @@ layout(binding = 14, r32f) uniform readonly image2D water;
 #include "lib/fields.glsl"
 #include "lib/texture.glsl"
 #include "lib/surface.glsl"
+#include "lib/corner.glsl"
 
 Spot spot_on_land(vec3 point, vec3 outward, float footprint, float choice) {
     Stencil s = stencil(point.xz, frame.cells);
@@ -30,17 +31,29 @@ Spot spot_on_land(vec3 point, vec3 outward, float footprint, float choice) {
     place.wetness = BILINEAR(wetness, s).x;
     place.reef = BILINEAR(reef, s).x;
     place.openness = BILINEAR(openness, stencil(point.xz, imageSize(openness).x)).x;
-    place.footprint = push.work.plain == 1u ? 1e6 : footprint;
+    place.footprint = footprint;
     Ground found = ground(place);
-    vec3 normal = push.work.plain == 1u ? normal_from_slope(place.slope) : found.normal;
+    vec3 normal = found.normal;
     // A river or a lake: its bed, seen through water that mirrors.
-    float depth = push.work.plain == 1u || point.y < frame.sea_level ? 0.0 : BILINEAR(water, s).x;
+    float depth = point.y < frame.sea_level ? 0.0 : BILINEAR(water, s).x;
     if (choice < smoothstep(0.08, 0.6, depth)) {
         vec3 through = 0.7 * found.albedo * exp(-2.0 * frame.attenuation * depth);
         Bsdf wet = Bsdf(through, vec3(0.0), REFRACTIVE_INDEX, 0.02);
         return Spot(point, outward, normalize(mix(normal, vec3(0.0, 1.0, 0.0), 0.8)), wet, vec3(0.0), through, 0u);
     }
     return Spot(point, outward, normal, Bsdf(found.albedo, vec3(0.0), 1.0, 1.0), vec3(0.0), found.albedo, 0u);
+}
+
+// With constant materials.
+Spot spot_on_mesh(Triangle triangle, Hit hit, vec3 point, vec3 outward, vec3 view) {
+    Corner a = corner_at(triangle.a);
+    Corner b = corner_at(triangle.b);
+    Corner c = corner_at(triangle.c);
+    vec3 weights = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
+    vec3 normal = normalize(mat3(a.normal, b.normal, c.normal) * weights);
+    if (dot(normal, view) > 0.0) normal = -normal;
+    vec3 albedo = mat3(a.albedo, b.albedo, c.albedo) * weights;
+    return Spot(point, outward, normal, Bsdf(albedo, vec3(0.0), 1.0, 1.0), vec3(0.0), albedo, 0u);
 }
 
 void main() {
@@ -53,5 +66,7 @@ void main() {
     Triangle triangle = triangles[hit.triangle];
     vec3 outward = normalize(cross(triangle.b - triangle.a, triangle.c - triangle.a));
     if (dot(outward, path.direction) > 0.0) outward = -outward;
-    turn_at(index, path, spot_on_land(point, outward, path.width, random_pair(index, 3u).x), hit.range);
+    Spot spot = push.work.plain == 1u ? spot_on_mesh(triangle, hit, point, outward, path.direction)
+                                      : spot_on_land(point, outward, path.width, random_pair(index, 3u).x);
+    turn_at(index, path, spot, hit.range);
 }

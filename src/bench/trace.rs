@@ -79,9 +79,9 @@ pub fn rays(gpu: &Gpu, stops: impl Fn() -> bool, mut done: impl FnMut(&Row)) -> 
         let heights = rec.download(&scene.ground.height);
         heights.take(&rec.submit()?.wait()?)
     };
-    let triangles: Vec<Triangle> = ground::triangles(grid, &heights, scene.ground.sea_level)
-        .iter()
-        .map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() })
+    let triangles: Vec<Triangle> = ground::mesh(grid, &heights, scene.ground.sea_level)
+        .solid()
+        .map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() })
         .collect();
     let watch = Stopwatch::start();
     let native = Native::new(&triangles);
@@ -134,7 +134,7 @@ fn scene(gpu: &Gpu, world: &World) -> Result<Scene, Error> {
     while !simulation.step(Duration::from_millis(100))?.finished {}
     Ok(Scene {
         ground: simulation.land()?,
-        light: world.light,
+        light: world.light.clone(),
         sea: world.sea,
         surface: world.surface.clone(),
         population: Population::default(),

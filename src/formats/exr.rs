@@ -9,6 +9,7 @@ use exr::math::Vec2;
 use exr::meta::attribute::{Chromaticities, IntegerBounds, LineOrder, SampleType, Text};
 use exr::meta::header::{Header, ImageAttributes, LayerAttributes};
 use exr::prelude::{Blocks, Compression, WritableImage, f16};
+use std::fs::File;
 use std::io::{self, BufReader};
 use std::path::Path;
 
@@ -116,17 +117,19 @@ pub fn write_channels(
 /// # Errors
 /// When the file can't be read, is damaged, too large, has no such channel or holds numbers that aren't finite.
 pub fn read_channel(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
-    let unsuitable = |reason: String| Error::Unsuitable { path: path.into(), reason };
-    let reader = open_checked(path)?;
-    let header = &reader.headers()[0];
-    let channel = map_channel(header).map_err(unsuitable)?;
-    let size = header.layer_size;
-    let values = decode(path, reader, &[channel])?.pop().unwrap_or_default();
-    if let Some(index) = values.iter().position(|value| !value.is_finite()) {
-        let (column, row) = (index % size.width(), index / size.width());
-        return Err(unsuitable(format!("its value in column {column}, row {row} is missing or not finite")));
-    }
-    Ok((size.width() as u32, size.height() as u32, values))
+    let (reader, _) = open_checked(path)?;
+    let ([width, height], values) = read_finite(path, reader, |header| Ok([map_channel(header)?]))?;
+    Ok((width, height, values.into_flattened()))
+}
+
+/// Reads R, G and B of a picture, or its only channel thrice; gives its width and height, too.
+///
+/// # Errors
+/// Those of [`read_channel`].
+pub fn read_picture(path: &Path) -> Result<([u32; 2], Vec<[f32; 3]>), Error> {
+    let (reader, file_bytes) = open_checked(path)?;
+    super::check_picture_size(path, "EXR", size_of(&reader.headers()[0]), file_bytes)?;
+    read_finite(path, reader, color_channels)
 }
 
 /// Width and height of a picture, and the names of its channels.
@@ -134,10 +137,9 @@ pub fn read_channel(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
 /// # Errors
 /// When the file can't be read, is damaged, too large, or has several parts.
 pub fn channels(path: &Path) -> Result<([u32; 2], Vec<String>), Error> {
-    let reader = open_checked(path)?;
-    let header = one_part(path, &reader)?;
-    let size = [header.layer_size.width() as u32, header.layer_size.height() as u32];
-    Ok((size, header.channels.list.iter().map(|channel| channel.name.to_string()).collect()))
+    let (reader, _) = open_checked(path)?;
+    let header = only_part(path, &reader)?;
+    Ok((size_of(header), header.channels.list.iter().map(|channel| channel.name.to_string()).collect()))
 }
 
 /// Values of the channels of these names, row by row from the top; not a number where the file holds none.
@@ -145,80 +147,118 @@ pub fn channels(path: &Path) -> Result<([u32; 2], Vec<String>), Error> {
 /// # Errors
 /// When the file can't be read, is damaged, too large, has several parts or no such channel.
 pub fn read_channels(path: &Path, names: &[String]) -> Result<Vec<Vec<f32>>, Error> {
-    let reader = open_checked(path)?;
-    let list = &one_part(path, &reader)?.channels.list;
+    let (reader, _) = open_checked(path)?;
+    let header = only_part(path, &reader)?;
     let index = |name: &String| {
         let missing = || Error::NoPicture { path: path.into(), reason: format!("it has no channel {name}") };
-        list.iter().position(|channel| channel.name.eq(name.as_str())).ok_or_else(missing)
+        header.channels.list.iter().position(|channel| channel.name.eq(name.as_str())).ok_or_else(missing)
     };
-    let channels = names.iter().map(index).collect::<Result<Vec<usize>, Error>>()?;
-    decode(path, reader, &channels)
+    let wanted = names.iter().map(index).collect::<Result<Vec<usize>, Error>>()?;
+    let size = size_of(header);
+    let plane = |_: &usize| missing_values(path, size, f32::NAN);
+    let mut planes = wanted.iter().map(plane).collect::<Result<Vec<_>, _>>()?;
+    decode(path, reader, |channel, pixel, value| {
+        for (plane, _) in planes.iter_mut().zip(&wanted).filter(|(_, wanted)| **wanted == channel) {
+            plane[pixel] = value;
+        }
+    })?;
+    Ok(planes)
 }
 
-type Blocky = block::reader::Reader<BufReader<std::fs::File>>;
+type ChunkReader = block::reader::Reader<BufReader<File>>;
 
-/// Opens a file whose sizes can be believed: a forged header may ask for any amount of memory.
-fn open_checked(path: &Path) -> Result<Blocky, Error> {
+/// Opens a file whose sizes can be believed, and says how many bytes it has: a forged header may ask for any amount of memory.
+fn open_checked(path: &Path) -> Result<(ChunkReader, u64), Error> {
     let (file, file_bytes) = open(path)?;
     let reader = block::read(BufReader::new(file), false).map_err(|error| corrupt(path, error))?;
     for header in reader.headers() {
-        let size = header.layer_size;
         let pixel_bytes = header.channels.bytes_per_pixel as u64;
-        check_size(path, "EXR", [size.width() as u64, size.height() as u64], pixel_bytes, file_bytes)?;
+        check_size(path, "EXR", size_of(header).map(u64::from), pixel_bytes, file_bytes)?;
         check_blocks(header, file_bytes).map_err(|reason| Error::Corrupt {
             path: path.into(),
             format: "EXR",
             reason,
         })?;
     }
-    Ok(reader)
+    Ok((reader, file_bytes))
 }
 
-fn one_part<'a>(path: &Path, reader: &'a Blocky) -> Result<&'a Header, Error> {
-    let no_picture = |reason: &str| Error::NoPicture { path: path.into(), reason: reason.into() };
+fn size_of(header: &Header) -> [u32; 2] {
+    [header.layer_size.width() as u32, header.layer_size.height() as u32]
+}
+
+fn only_part<'a>(path: &Path, reader: &'a ChunkReader) -> Result<&'a Header, Error> {
+    let no_picture = |reason: String| Error::NoPicture { path: path.into(), reason };
     let [header] = reader.headers() else {
-        return Err(no_picture("it has several parts; save each as a file"));
+        return Err(no_picture("it has several parts; save each as a file".into()));
     };
-    if header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
-        return Err(no_picture("its channels are subsampled; save it with every channel at full size"));
-    }
+    check_sampling(header).map_err(no_picture)?;
     Ok(header)
 }
 
-/// Values of these channels of the first part, not a number where no block has arrived.
-fn decode(path: &Path, reader: Blocky, wanted: &[usize]) -> Result<Vec<Vec<f32>>, Error> {
+/// Values of `N` channels of the first part, pixel by pixel: all there, and finite.
+fn read_finite<const N: usize>(
+    path: &Path,
+    reader: ChunkReader,
+    choose: impl Fn(&Header) -> Result<[usize; N], String>,
+) -> Result<([u32; 2], Vec<[f32; N]>), Error> {
+    let unsuitable = |reason: String| Error::Unsuitable { path: path.into(), reason };
     let header = &reader.headers()[0];
-    let size = header.layer_size;
-    let channels = header.channels.clone();
-    let mut planes = Vec::new();
-    for _ in wanted {
-        let mut values = collect(path, [size.width() as u64, size.height() as u64])?;
-        values.resize(size.area(), f32::NAN);
-        planes.push(values);
+    check_sampling(header).map_err(unsuitable)?;
+    let chosen = choose(header).map_err(unsuitable)?;
+    let size = size_of(header);
+    let mut pixels = missing_values(path, size, [f32::NAN; N])?;
+    decode(path, reader, |channel, pixel, value| {
+        for (place, _) in pixels[pixel].iter_mut().zip(&chosen).filter(|(_, chosen)| **chosen == channel) {
+            *place = value;
+        }
+    })?;
+    if let Some(index) = pixels.iter().position(|values| values.iter().any(|value| !value.is_finite())) {
+        let width = size[0] as usize;
+        let (column, row) = (index % width, index / width);
+        return Err(unsuitable(format!("its value in column {column}, row {row} is missing or not finite")));
     }
-    let place_line = |planes: &mut [Vec<f32>], block: &UncompressedBlock| {
+    Ok((size, pixels))
+}
+
+fn missing_values<T: Copy>(path: &Path, size: [u32; 2], missing: T) -> Result<Vec<T>, Error> {
+    let mut values = collect(path, size.map(u64::from))?;
+    values.resize(size[0] as usize * size[1] as usize, missing);
+    Ok(values)
+}
+
+/// Gives `put` every value of the first part: the channel's place in the list, the pixel's place in the picture, and the value.
+fn decode(path: &Path, reader: ChunkReader, mut put: impl FnMut(usize, usize, f32)) -> Result<(), Error> {
+    let header = &reader.headers()[0];
+    let (size, channels) = (header.layer_size, header.channels.clone());
+    let mut put_block = |block: &UncompressedBlock| {
         for line in block.lines(&channels) {
             let place = line.location;
-            let plane = wanted.iter().position(|&channel| channel == place.channel);
-            let (Some(plane), 0, Vec2(0, 0)) = (plane, block.index.layer, place.level) else { continue };
+            let Some(channel) = channels.list.get(place.channel) else { continue };
+            if block.index.layer != 0 || place.level != Vec2(0, 0) {
+                continue;
+            }
             let start = place.position.y() * size.width() + place.position.x();
-            let Some(row) = planes[plane].get_mut(start..start + place.sample_count) else {
+            if start + place.sample_count > size.area() {
                 return Err(exr::error::Error::Invalid("a block lies outside the image".into()));
-            };
-            let sample_type = channels.list[place.channel].sample_type;
-            for (index, value) in row.iter_mut().enumerate() {
-                *value = sample(line.value, sample_type, index);
+            }
+            for index in 0..place.sample_count {
+                put(place.channel, start + index, sample(line.value, channel.sample_type, index));
             }
         }
         Ok(())
     };
     reader
         .all_chunks(false)
-        .and_then(|chunks| {
-            chunks.decompress_sequential(false, |_, block: UncompressedBlock| place_line(&mut planes, &block))
-        })
-        .map_err(|error| corrupt(path, error))?;
-    Ok(planes)
+        .and_then(|chunks| chunks.decompress_sequential(false, |_, block| put_block(&block)))
+        .map_err(|error| corrupt(path, error))
+}
+
+fn check_sampling(header: &Header) -> Result<(), String> {
+    if header.channels.list.iter().all(|channel| channel.sampling == Vec2(1, 1)) {
+        return Ok(());
+    }
+    Err("its channels are subsampled; save it with every channel at full size".into())
 }
 
 fn corrupt(path: &Path, error: exr::error::Error) -> Error {
@@ -262,10 +302,21 @@ fn map_channel(header: &Header) -> Result<usize, String> {
             ));
         }
     };
-    if channels.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
-        return Err("its channels are subsampled; save it with every channel at full size".into());
-    }
     Ok(index)
+}
+
+/// Where a picture's colours are, or why there are none.
+fn color_channels(header: &Header) -> Result<[usize; 3], String> {
+    let channels = &header.channels.list;
+    let named = |name: &str| channels.iter().position(|channel| channel.name.eq(name));
+    match ([named("R"), named("G"), named("B")], channels.len()) {
+        ([Some(red), Some(green), Some(blue)], _) => Ok([red, green, blue]),
+        (_, 1) => Ok([0; 3]),
+        _ => {
+            let names: Vec<String> = channels.iter().map(|channel| channel.name.to_string()).collect();
+            Err(format!("its channels are {}; it must have R, G and B", names.join(", ")))
+        }
+    }
 }
 
 /// Refuses a header that promises more blocks than the file has room for, or blocks that outgrow any image: memory is

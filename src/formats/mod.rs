@@ -4,7 +4,9 @@
 pub mod exr;
 pub mod file;
 pub mod gltf;
+pub mod hdr;
 pub mod layers;
+pub mod mitsuba;
 pub mod model;
 pub mod obj;
 pub mod ply;
@@ -57,6 +59,9 @@ pub enum Error {
 
     #[error("{} can't be read as a picture: {reason}", path.display())]
     NoPicture { path: PathBuf, reason: String },
+
+    #[error("{} can't be used as a sky: {reason}", path.display())]
+    NoSky { path: PathBuf, reason: String },
 
     #[error("{} can't be used as a model: {reason}", path.display())]
     NoModel { path: PathBuf, reason: String },
@@ -189,8 +194,62 @@ fn share(value: f32, range: [f32; 2]) -> f64 {
     share.clamp(0.0, 1.0)
 }
 
+/// A picture of all that surrounds a place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panorama {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Linear Rec.709, row by row from above; finite and not negative.
+    pub pixels: Vec<[f32; 3]>,
+}
+
+/// Reads a picture of the whole sky, OpenEXR or Radiance HDR.
+///
+/// # Errors
+/// When the file is neither, can't be read, is damaged, or larger than [`LARGEST_PANORAMA`].
+pub fn read_sky(path: &Path) -> Result<Panorama, Error> {
+    let (size, mut pixels) = match extension(path).as_str() {
+        "exr" => exr::read_picture(path)?,
+        "hdr" => hdr::read_picture(path)?,
+        _ => {
+            let reason = "its name must end in .exr or .hdr".into();
+            return Err(Error::NoSky { path: path.into(), reason });
+        }
+    };
+    let [width, height] = size;
+    if width != 2 * height {
+        let reason = format!("it is {width} × {height}; a picture of the whole sky is twice as wide as high");
+        return Err(Error::NoSky { path: path.into(), reason });
+    }
+    for channel in pixels.iter_mut().flatten() {
+        *channel = channel.max(0.0);
+    }
+    Ok(Panorama { size, pixels })
+}
+
+/// Most pixels of a picture of the sky, as width and height.
+pub const LARGEST_PANORAMA: [u32; 2] = [8192, 4096];
+
+/// Refuses a picture that is larger, or that the file can't hold.
+fn check_picture_size(
+    path: &Path,
+    format: &'static str,
+    [width, height]: [u32; 2],
+    file_bytes: u64,
+) -> Result<(), Error> {
+    let pixels = u64::from(width) * u64::from(height);
+    let [most_across, most_down] = LARGEST_PANORAMA;
+    if pixels > u64::from(most_across) * u64::from(most_down) {
+        let reason = format!(
+            "it is {width} × {height}; at most {most_across} × {most_down} pixels can be read: scale it down first"
+        );
+        return Err(Error::NoSky { path: path.into(), reason });
+    }
+    check_size(path, format, [width, height].map(u64::from), 4, file_bytes)
+}
+
 /// Room for the values of a map, if there is that much memory.
-fn collect(path: &Path, [width, height]: [u64; 2]) -> Result<Vec<f32>, Error> {
+fn collect<T>(path: &Path, [width, height]: [u64; 2]) -> Result<Vec<T>, Error> {
     let mut values = Vec::new();
     match values.try_reserve_exact((width * height) as usize) {
         Ok(()) => Ok(values),

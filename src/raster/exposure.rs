@@ -56,10 +56,10 @@ impl Passes {
             surf: Image::new(gpu, "surf", size)?,
             glow: Image::new(gpu, "glow", size)?,
         };
-        let (frame, height) = (&prepared.frame, &ground.height);
+        let (frame, panorama, height) = (&prepared.frame, &prepared.panorama, &ground.height);
         let mut rec = Recorder::new(gpu);
         rec.concurrent(|rec| {
-            let shadow = shadow::Bindings { frame, height, shadow: &exposure.shadow };
+            let shadow = shadow::Bindings { frame, panorama, height, shadow: &exposure.shadow };
             rec.dispatch(&self.shadow, size, shadow::Push { cells: cells as i32 }, shadow);
             let openness = openness::Bindings { frame, height, openness: &exposure.openness };
             rec.dispatch(&self.openness, size, openness::Push { cells: cells as i32 }, openness);
@@ -72,6 +72,7 @@ impl Passes {
             glow::Push { cells: cells as i32 },
             glow::Bindings {
                 frame,
+                panorama,
                 height,
                 wetness: &ground.wetness,
                 reef: &ground.reef,

@@ -178,6 +178,7 @@ impl Renderer {
                 foliage::Push { origin, coarse_cells },
                 foliage::Bindings {
                     frame: &prepared.frame,
+                    panorama: &prepared.panorama,
                     range: &range,
                     plant,
                     radiance: &radiance,
@@ -201,6 +202,7 @@ impl Renderer {
             shade::Push { origin, coarse_cells },
             shade::Bindings {
                 frame: &prepared.frame,
+                panorama: &prepared.panorama,
                 range: &range,
                 radiance: &radiance,
                 height: &ground.height,

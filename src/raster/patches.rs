@@ -15,6 +15,7 @@ pub(super) struct Prepared {
     /// Radians between neighbouring samples at the picture's centre.
     pub sample_angle: f32,
     pub frame: Buffer<Frame>,
+    pub panorama: Buffer<[f32; 3]>,
     pub patches: Buffer<Patch>,
     pub patches_per_side: u32,
 }
@@ -51,7 +52,8 @@ impl Pass {
         let mut rec = Recorder::new(gpu);
         rec.upload(&frame, &[values]);
         rec.submit()?.wait()?;
-        Ok(Prepared { camera, sample_angle, frame, patches, patches_per_side: side })
+        let panorama = scene::panorama(gpu, &scene.light.sky)?;
+        Ok(Prepared { camera, sample_angle, frame, panorama, patches, patches_per_side: side })
     }
 }
 

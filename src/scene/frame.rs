@@ -3,13 +3,11 @@
 use super::dome::sky_irradiance;
 use super::{ByHeight, Film, Mixture, Perez, Scene, Sky, Snow, Surface};
 use crate::core::camera::Pinhole;
+use crate::gpu::{self, Buffer, Gpu, Recorder};
 use crate::shaders::{self, Frame};
 
 /// Nearest distance that is drawn, metres.
 const NEAR: f32 = 0.5;
-
-/// Radius of the smallest disc, radians: a sun without one would be infinitely bright.
-const LEAST_SUN_RADIUS: f32 = 1e-4;
 
 /// What a picture of `scene` through `camera` begins with, `side` × `side` samples a pixel. `patches` and `top`, of which not every
 /// renderer makes use, are left 0.
@@ -70,12 +68,12 @@ fn tint(mixture: Mixture) -> shaders::Tint {
 
 fn with_sun(frame: Frame, scene: &Scene) -> Frame {
     let Some(sun) = scene.light.sun else {
-        return Frame { sun_direction: [0.0, 1.0, 0.0], sun_radius: LEAST_SUN_RADIUS, ..frame };
+        return Frame { sun_direction: [0.0, 1.0, 0.0], sun_radius: 1e-4, ..frame };
     };
     Frame {
         sun_direction: sun.direction.to_array(),
         sun_irradiance: sun.irradiance,
-        sun_radius: (sun.diameter / 2.0).max(LEAST_SUN_RADIUS),
+        sun_radius: sun.radius(),
         ..frame
     }
 }
@@ -85,13 +83,41 @@ fn with_sky(frame: Frame, sky: &Sky) -> Frame {
         Sky::None => Frame { sky: SKY_NONE, ..frame },
         Sky::Constant { radiance } => Frame { sky: SKY_CONSTANT, sky_constant: *radiance, ..frame },
         Sky::Preetham(perez) => with_perez(Frame { sky: SKY_PREETHAM, ..frame }, perez),
+        Sky::HosekWilkie(model) => Frame {
+            sky: SKY_HOSEK_WILKIE,
+            perez_sun: model.sun.as_vec3().to_array(),
+            hosek_wilkie: std::array::from_fn(|index| model.distribution.map(|channel| channel[index] as f32)),
+            hosek_wilkie_radiance: model.radiance.map(|channel| channel as f32),
+            ..frame
+        },
+        Sky::Map(map) => Frame {
+            sky: SKY_MAP,
+            sky_map_size: [map.width as i32, map.height as i32],
+            sky_map_turn: (map.rotation / std::f64::consts::TAU) as f32,
+            ..frame
+        },
     }
+}
+
+/// The texels that [`frame`] speaks of: one, black, of a sky that is none of a picture.
+pub fn panorama(gpu: &Gpu, sky: &Sky) -> gpu::Result<Buffer<[f32; 3]>> {
+    let texels = match sky {
+        Sky::Map(map) => map.texels.as_slice(),
+        _ => &[[0.0; 3]],
+    };
+    let buffer = Buffer::new(gpu, "sky", texels.len())?;
+    let mut rec = Recorder::new(gpu);
+    rec.upload(&buffer, texels);
+    rec.submit()?.wait()?;
+    Ok(buffer)
 }
 
 // The values that glsl/lib/frame.glsl gives them.
 const SKY_NONE: u32 = 0;
 const SKY_CONSTANT: u32 = 1;
 const SKY_PREETHAM: u32 = 2;
+const SKY_HOSEK_WILKIE: u32 = 3;
+const SKY_MAP: u32 = 4;
 
 fn with_perez(frame: Frame, perez: &Perez) -> Frame {
     let normalisation = perez.normalisation();

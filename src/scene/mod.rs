@@ -3,24 +3,29 @@
 pub mod difference;
 pub mod dome;
 mod frame;
+mod hosek_wilkie;
 mod material;
 mod model;
 mod path;
 mod perez;
 mod picture;
+mod sky_map;
 mod stand;
 
 use glam::Vec3;
+use std::sync::Arc;
 
 use crate::core::grid::Grid;
 use crate::gpu::{Image, format::R32f};
 
-pub use frame::frame;
+pub use frame::{frame, panorama};
+pub use hosek_wilkie::HosekWilkie;
 pub use material::Material;
 pub use model::{Instance, Level, Model, Part, Population};
 pub use path::{CameraPath, Keyframe};
 pub use perez::Perez;
 pub use picture::Picture;
+pub use sky_map::SkyMap;
 pub use stand::{Place, Stand, Viewpoint};
 
 /// All that a renderer needs to know of a world.
@@ -51,7 +56,7 @@ pub struct Ground {
 }
 
 /// Distant light: the sky's dome and the sun's disc, and the air that veils what is far.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Light {
     pub sky: Sky,
     /// `None` is a world without a sun.
@@ -62,7 +67,7 @@ pub struct Light {
     pub clouds: f32,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Sky {
     /// No light from the sky: black.
     None,
@@ -70,6 +75,10 @@ pub enum Sky {
     Constant { radiance: [f32; 3] },
     /// Preetham, Shirley & Smits 1999.
     Preetham(Perez),
+    /// Hosek & Wilkie 2012.
+    HosekWilkie(HosekWilkie),
+    /// A picture of the whole sky.
+    Map(Arc<SkyMap>),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,6 +89,13 @@ pub struct Sun {
     pub irradiance: [f32; 3],
     /// Angular diameter of the disc, radians.
     pub diameter: f32,
+}
+
+impl Sun {
+    /// Of the disc, radians. One without a radius would be infinitely bright.
+    pub fn radius(&self) -> f32 {
+        (self.diameter / 2.0).max(1e-4)
+    }
 }
 
 /// What scatters light between the eye and the ground.

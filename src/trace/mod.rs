@@ -51,7 +51,8 @@ pub struct Settings {
     pub aperture: f32,
     /// Distance of what is sharp, metres, along the axis of the camera.
     pub focus: f32,
-    /// Whether materials have their mean colour and nothing else: no noise, relief or gloss.
+    /// Whether materials have their mean colour and nothing else, no noise, relief or gloss, and there is neither water nor
+    /// clouds: what other renderers can show, too.
     pub plain: bool,
 }
 
@@ -105,8 +106,12 @@ impl Tracer {
         let heights = rec.download(&scene.ground.height);
         let heights = heights.take(&rec.submit()?.wait()?);
         let tree = Tree::new(gpu, scene, &heights)?;
-        let frame = upload(gpu, "frame", &[scene::frame(scene, film, 1, camera)])?;
-        let dome = upload(gpu, "dome", &sky::table(&scene.light.sky))?;
+        let sky = &scene.light.sky;
+        let dome_size = sky::size(sky).map(|count| count as i32);
+        let frame = Frame { dome_size, ..scene::frame(scene, film, 1, camera) };
+        let frame = upload(gpu, "frame", &[frame])?;
+        let panorama = scene::panorama(gpu, sky)?;
+        let dome = upload(gpu, "dome", &sky::table(sky))?;
         let [openness, surf] = self.exposure(scene, &frame)?;
         let paths = Paths::new(gpu, Block::most_pixels(film) as usize, settings.bounces)?;
         let sums = Sums::new(film.width, film.height);
@@ -121,6 +126,7 @@ impl Tracer {
             settings,
             tree,
             frame,
+            panorama,
             dome,
             openness,
             surf,
@@ -213,6 +219,7 @@ pub struct Tracing<'a> {
     settings: Settings,
     tree: Tree,
     frame: Buffer<Frame>,
+    panorama: Buffer<[f32; 3]>,
     dome: Buffer<f32>,
     openness: Image<R32f>,
     surf: Image<R32f>,
@@ -343,7 +350,7 @@ impl Tracing<'_> {
     /// The next sample of the next `count` pixels of the piece.
     fn trace(&self, piece: &Piece, count: u32) -> gpu::Result<()> {
         let &Piece { ref block, ref film, ref flaws, index, first } = piece;
-        let Tracing { tracer, scene, settings, tree, frame, dome, openness, surf, paths, .. } = self;
+        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, openness, surf, paths, .. } = self;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
         let Tree { nodes, triangles, facets, placements, materials } = tree;
         let ground = &scene.ground;
@@ -351,6 +358,7 @@ impl Tracing<'_> {
         let size = [count, 1];
         let (first, count) = (first as i32, count as i32);
         let &Settings { seed, bounces, aperture, focus, plain } = settings;
+        let sea_level = if plain { f32::MIN } else { ground.sea_level };
         let mut rec = Recorder::new(&tracer.gpu);
         rec.dispatch(
             &tracer.generate,
@@ -364,7 +372,7 @@ impl Tracing<'_> {
             rec.dispatch(
                 &tracer.extend,
                 size,
-                extend::Push { turn, sea_level: ground.sea_level },
+                extend::Push { turn, sea_level },
                 extend::Bindings {
                     nodes,
                     triangles,
@@ -383,7 +391,7 @@ impl Tracing<'_> {
             rec.concurrent(|rec| {
                 let queue = escaped;
                 let bindings =
-                    escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome };
+                    escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome, panorama };
                 rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
                 let queue = sea;
                 let height = &ground.height;
@@ -397,6 +405,7 @@ impl Tracing<'_> {
                     looks,
                     features,
                     dome,
+                    panorama,
                     height,
                     surf,
                 };
@@ -415,6 +424,7 @@ impl Tracing<'_> {
                         looks,
                         features,
                         dome,
+                        panorama,
                         triangles,
                         height: &ground.height,
                         wetness: &ground.wetness,
@@ -437,6 +447,7 @@ impl Tracing<'_> {
                         looks,
                         features,
                         dome,
+                        panorama,
                         triangles,
                         facets,
                         placements,

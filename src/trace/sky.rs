@@ -2,39 +2,51 @@
 
 use crate::scene::{Sky, dome};
 use glam::DVec3;
+use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// The twins of `DOME_ROWS` and `DOME_COLUMNS`.
-const ROWS: usize = 128;
-const COLUMNS: usize = 128;
+/// Columns and rows for skies without a small sun in them.
+const SMOOTH: [u32; 2] = [128, 128];
 
-/// Samples along each side of a cell.
-const FINE: usize = 2;
+/// Most columns and rows.
+const FINEST: [u32; 2] = [2048, 1024];
 
-/// How much of the light comes from above the end of each row, and within each row from before the end of each cell. Nothing
-/// is looked for below the horizon, where paths find light by themselves.
+/// How much less often light from below the horizon is looked for: most of it does not arrive anywhere.
+const BELOW: f64 = 0.25;
+
+/// Columns and rows of the table: those of a picture, or a whole part of them.
+pub fn size(sky: &Sky) -> [u32; 2] {
+    let Sky::Map(map) = sky else { return SMOOTH };
+    let part = map.width.div_ceil(FINEST[0]).max(map.height.div_ceil(FINEST[1]));
+    [map.width.div_ceil(part), map.height.div_ceil(part)]
+}
+
+/// How much of the light comes from above the end of each row, and within each row from before the end of each cell. Below the
+/// horizon of skies that are none of a picture nothing is looked for: paths find light there by themselves.
 pub fn table(sky: &Sky) -> Vec<f32> {
+    let [columns, rows] = size(sky).map(|count| count as usize);
+    // Along each side of a cell; twice as many as there are texels miss none.
+    let (fine, below) = match sky {
+        Sky::Map(map) => (2 * map.width.div_ceil(columns as u32) as usize, BELOW),
+        _ => (2, 0.0),
+    };
     let cell = |row: usize, column: usize| {
-        let fine = |index: usize| (index as f64 + 0.5) / FINE as f64;
-        let samples = (0..FINE * FINE).map(|index| {
-            let y = 1.0 - 2.0 * (row as f64 + fine(index / FINE)) / ROWS as f64;
-            let azimuth = 2.0 * PI * ((column as f64 + fine(index % FINE)) / COLUMNS as f64 - 0.5);
-            let level = (1.0 - y * y).sqrt();
-            let [red, green, blue] =
-                dome::radiance(sky, DVec3::new(level * azimuth.cos(), y, level * azimuth.sin()));
-            if y < 0.0 { 0.0 } else { 0.2126 * red + 0.7152 * green + 0.0722 * blue }
+        let at = |index: usize, sample: usize| index as f64 + (sample as f64 + 0.5) / fine as f64;
+        let samples = (0..fine * fine).map(|index| {
+            let zenith = PI * at(row, index / fine) / rows as f64;
+            let azimuth = 2.0 * PI * at(column, index % fine) / columns as f64;
+            let view = DVec3::new(zenith.sin() * azimuth.sin(), zenith.cos(), -zenith.sin() * azimuth.cos());
+            let [red, green, blue] = dome::radiance(sky, view);
+            let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
+            luminance * zenith.sin() * if view.y < 0.0 { below } else { 1.0 }
         });
         samples.sum::<f64>()
     };
-    let mut rows = Vec::with_capacity(ROWS);
-    let mut columns = Vec::with_capacity(ROWS * COLUMNS);
-    for row in 0..ROWS {
-        let cells: Vec<f64> = (0..COLUMNS).map(|column| cell(row, column)).collect();
-        rows.push(cells.iter().sum());
-        columns.extend(running_shares(&cells));
-    }
-    let mut table = running_shares(&rows);
-    table.extend(columns);
+    let row = |row: usize| (0..columns).map(|column| cell(row, column)).collect::<Vec<f64>>();
+    let cells: Vec<Vec<f64>> = (0..rows).into_par_iter().map(row).collect();
+    let sums: Vec<f64> = cells.iter().map(|cells| cells.iter().sum()).collect();
+    let mut table = running_shares(&sums);
+    cells.iter().for_each(|cells| table.extend(running_shares(cells)));
     table
 }
 

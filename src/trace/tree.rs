@@ -51,7 +51,8 @@ impl Tree {
             // Nothing has one, but a buffer holds something.
             materials.push((&Material::default()).into());
         }
-        let land = ground::triangles(scene.ground.grid, heights, scene.ground.sea_level);
+        let land = ground::mesh(scene.ground.grid, heights, scene.ground.sea_level);
+        let land: Vec<[Vec3; 3]> = land.solid().collect();
         let land = || Grown::new(&land, &vec![Facet { normals: [0; 3], material: GROUND }; land.len()]);
         let models = || -> Vec<Grown> {
             population.models.par_iter().zip(&firsts).map(|(model, first)| grown(model, *first)).collect()

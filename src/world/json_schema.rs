@@ -136,7 +136,7 @@ fn array(element: Option<&Shape>, len: RangeInclusive<usize>) -> Value {
 /// them is shown where it is, and not as "matches none of these".
 fn one_of(alternatives: &[Alternative]) -> Object {
     let (mut properties, mut words) = (Object::new(), Vec::new());
-    for Alternative { name, about, table: inner, .. } in alternatives.iter().filter(|one| one.available) {
+    for Alternative { name, about, table: inner, .. } in alternatives {
         match inner {
             Some(inner) => {
                 properties.insert((*name).into(), table(inner).into());

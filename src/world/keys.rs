@@ -54,10 +54,11 @@ section! {
         /// Light of the sky.
         sky: Sky = one_of([
             tag("preetham", Sky::Preetham),
+            tag("hosek_wilkie", Sky::HosekWilkie),
             tag("constant", Sky::Constant),
+            tag("map", Sky::Map),
             word("none", "No light from the sky.", Sky::None),
-        ])
-        .later(&[["hosek_wilkie", "The sky of Hosek & Wilkie 2012."], ["map", "A picture of the whole sky."]]),
+        ]),
         /// Light of the sun.
         sun: Sun = one_of([
             tag("place", Sun::Place),
@@ -585,7 +586,9 @@ section! {
 #[derive(Clone, Debug)]
 pub enum Sky {
     Preetham(Preetham),
+    HosekWilkie(HosekWilkie),
     Constant(Constant),
+    Map(SkyMap),
     None,
 }
 
@@ -597,6 +600,31 @@ section! {
         turbidity: f32 = number(2.2, NONE, 1.7..=10.0).usual(2.0..=8.0),
         /// How much of the horizon fair-weather clouds cover: 0 is none, 1 nearly all.
         clouds: f32 = number(0.5, NONE, 0.0..=1.0),
+    }
+}
+
+section! {
+    /// The daylight of Hosek & Wilkie 2012: light from the ground brightens it, and low suns look better.
+    struct HosekWilkie {
+        /// Haze: 2 is a clear day, 10 a hazy one.
+        turbidity: f32 = number(2.2, NONE, 1.0..=10.0),
+        /// Share of light that the ground far and wide scatters back.
+        albedo: f32 = number(0.2, NONE, 0.0..=1.0),
+        /// How much of the horizon fair-weather clouds cover: 0 is none, 1 nearly all.
+        clouds: f32 = number(0.5, NONE, 0.0..=1.0),
+    }
+}
+
+section! {
+    /// A picture of the whole sky by latitude and longitude, below the horizon, too: its first row is straight up, and its columns
+    /// go clockwise. A sun that it shows lights the land; `sun` is a second one.
+    struct SkyMap {
+        /// The file: OpenEXR or Radiance HDR (.hdr), twice as wide as high. More than 4096 × 2048 pixels are made fewer.
+        file: Option<String> = required_file(),
+        /// What its values are multiplied by.
+        scale: f32 = number(1.0, CD_PER_M2, 0.0..=1e12),
+        /// Where its left edge lies, clockwise from north.
+        rotation: f32 = number(0.0, DEGREES, -360.0..=360.0),
     }
 }
 

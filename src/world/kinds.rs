@@ -600,19 +600,11 @@ impl<K: Kind> Kind for Optional<K> {
 
 pub struct OneOf<T> {
     tags: Vec<Tag<T>>,
-    later: &'static [[&'static str; 2]],
 }
 
 /// One of several things: a table with one key that says which, or a word. The first is the default.
 pub fn one_of<T, const N: usize>(tags: [Tag<T>; N]) -> OneOf<T> {
-    OneOf { tags: tags.into(), later: &[] }
-}
-
-impl<T> OneOf<T> {
-    /// Names, each with its meaning, that are taken and not available yet.
-    pub fn later(self, names: &'static [[&'static str; 2]]) -> Self {
-        Self { later: names, ..self }
-    }
+    OneOf { tags: tags.into() }
 }
 
 /// One of the things that [`one_of`] takes.
@@ -639,15 +631,12 @@ impl<T> Kind for OneOf<T> {
     type Value = T;
 
     fn shape(&self) -> Shape {
-        let now = self.tags.iter().map(|Tag { name, about, table, .. }| Alternative {
+        let alternative = |Tag { name, about, table, .. }: &Tag<T>| Alternative {
             name,
             about,
             table: table.map(|table| table()),
-            available: true,
-        });
-        let later =
-            self.later.iter().map(|[name, about]| Alternative { name, about, table: None, available: false });
-        Shape::OneOf(now.chain(later).collect())
+        };
+        Shape::OneOf(self.tags.iter().map(alternative).collect())
     }
 
     fn default(&self) -> String {
@@ -668,17 +657,12 @@ impl<T> Kind for OneOf<T> {
 impl<T> OneOf<T> {
     fn tag_of_word(&self, place: &Place, word: &str) -> Option<&Tag<T>> {
         match self.tag(word) {
-            Ok(tag) if tag.table.is_none() => return Some(tag),
-            Ok(_) => {
+            Some(tag) if tag.table.is_none() => return Some(tag),
+            Some(_) => {
                 let label = format!("write `{{ {word} = {{}} }}`");
                 place.refuse(Complaint::new(format!("takes `{word}` as a table"), label));
             }
-            Err(Unknown::Never) => {
-                place.refuse(self.complaint(word, format!("can't be \"{}\"", shown(word))))
-            }
-            Err(Unknown::Later) => {
-                place.refuse(self.complaint(word, format!("can't be \"{word}\" in this version")));
-            }
+            None => place.refuse(self.complaint(word, format!("can't be \"{}\"", shown(word)))),
         }
         None
     }
@@ -698,35 +682,23 @@ impl<T> OneOf<T> {
             place.key(other).refuse(Complaint::new(problem, "one of the two only").about_key());
         }
         match self.tag(name) {
-            Ok(tag) if tag.table.is_some() => return Some(tag),
-            Ok(_) => {
+            Some(tag) if tag.table.is_some() => return Some(tag),
+            Some(_) => {
                 let label = format!("write \"{name}\" in place of the table");
                 place.key(name).refuse(Complaint::new("is a word, not a table", label).about_key());
             }
-            Err(Unknown::Never) => place.key(name).refuse(self.complaint(name, "is unknown").about_key()),
-            Err(Unknown::Later) => {
-                place.key(name).refuse(self.complaint(name, "is not available in this version").about_key())
-            }
+            None => place.key(name).refuse(self.complaint(name, "is unknown").about_key()),
         }
         None
     }
 
-    fn tag(&self, name: &str) -> Result<&Tag<T>, Unknown> {
-        let later = || {
-            if self.later.iter().any(|[later, _]| *later == name) { Unknown::Later } else { Unknown::Never }
-        };
-        self.tags.iter().find(|tag| tag.name == name).ok_or_else(later)
+    fn tag(&self, name: &str) -> Option<&Tag<T>> {
+        self.tags.iter().find(|tag| tag.name == name)
     }
 
     fn complaint(&self, name: &str, problem: impl Into<String>) -> Complaint {
         guess(problem, name, self.tags.iter().map(|tag| tag.name), self.shape().allowed())
     }
-}
-
-/// Why there is no tag of a name.
-enum Unknown {
-    Never,
-    Later,
 }
 
 /// A complaint about a word that is none of the `known`: with a guess at what was meant, if one is near.

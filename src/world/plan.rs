@@ -9,9 +9,9 @@ use super::planting;
 use crate::core::grid::Grid;
 use crate::core::hash::derive_seed;
 use crate::core::memory::mebibytes;
-use crate::formats::{self, Hints};
+use crate::formats::{self, Hints, Panorama};
 use crate::plants;
-use crate::scene;
+use crate::scene::{self, SkyMap};
 use crate::sky;
 use crate::terrain::layers::{Combine, Generator, Layer};
 use crate::terrain::{Boundary, Controls, FARTHEST_GROUND, Map, Plan, reef, seabed, thermal};
@@ -469,6 +469,7 @@ impl Check<'_> {
     fn light(&mut self, world: &keys::World) -> scene::Light {
         let turbidity = match &world.sky {
             keys::Sky::Preetham(preetham) => preetham.turbidity,
+            keys::Sky::HosekWilkie(model) => model.turbidity,
             // Only the sun's strength asks for it: a clear day.
             _ => 3.0,
         };
@@ -490,9 +491,14 @@ impl Check<'_> {
                 self.warn_of_sky(turbidity, direction);
                 sky::preetham::sky(turbidity, direction)
             }
+            keys::Sky::HosekWilkie(model) => {
+                sky::hosek_wilkie::sky(turbidity, model.albedo.into(), direction)
+            }
+            keys::Sky::Map(map) => self.sky_map(map),
         };
         let clouds = match &world.sky {
             keys::Sky::Preetham(preetham) => preetham.clouds,
+            keys::Sky::HosekWilkie(model) => model.clouds,
             _ => 0.0,
         };
         scene::Light { sky, sun, air: world.render.aerial.then(|| sky::air::air(turbidity)), clouds }
@@ -515,6 +521,28 @@ impl Check<'_> {
             ));
         }
         (position.direction(), sun)
+    }
+
+    fn sky_map(&mut self, written: &keys::SkyMap) -> scene::Sky {
+        let keys::SkyMap { file: Some(path), scale, rotation } = written else {
+            // That it is missing was noted.
+            return scene::Sky::None;
+        };
+        match formats::read_sky(&self.folder.join(path)) {
+            Ok(Panorama { size: [width, height], mut pixels }) => {
+                pixels.iter_mut().flatten().for_each(|channel| *channel = (*channel * scale).min(1e30));
+                let map = SkyMap { width, height, texels: pixels, rotation: f64::from(*rotation) };
+                scene::Sky::Map(Arc::new(map.reduced()))
+            }
+            Err(error) => {
+                let place = KeyPath::from("sky.map.file");
+                let cause =
+                    if matches!(error, formats::Error::NoSky { .. }) { Cause::World } else { Cause::File };
+                let complaint = Complaint::new(format!("names \"{}\"", shown(path)), error.to_string());
+                self.refuse(std::slice::from_ref(&place), Complaint { cause, ..complaint });
+                scene::Sky::None
+            }
+        }
     }
 
     fn warn_of_sky(&mut self, turbidity: f64, sun: DVec3) {

@@ -141,8 +141,8 @@ fn allowed(shape: &Shape) -> String {
         Shape::List { len: [least, most], .. } => format!("{least} … {most} elements"),
         Shape::Table(_) => "a table".into(),
         Shape::OneOf(alternatives) => {
-            let available = alternatives.iter().filter(|alternative| alternative.available);
-            available.map(|alternative| code(&alternative.written())).collect::<Vec<_>>().join(", ")
+            let names = alternatives.iter();
+            names.map(|alternative| code(&alternative.written())).collect::<Vec<_>>().join(", ")
         }
         Shape::Text(what) => (*what).into(),
         Shape::OrWord(shape, [word, _]) => format!("{}, or `\"{word}\"`", allowed(shape)),
@@ -155,17 +155,11 @@ fn span(least: f64, most: f64) -> String {
     format!("{} … {}", digits(least), digits(most))
 }
 
-/// The words of a choice with their meanings, and what later versions will take.
+/// The words of a choice with their meanings.
 fn words(shape: &Shape) -> String {
     match shape {
         Shape::Choice(words) => {
             words.iter().map(|[word, about]| format!("<br>`\"{word}\"`: {}", cell(about))).collect()
-        }
-        Shape::OneOf(alternatives) => {
-            let later = alternatives.iter().filter(|alternative| !alternative.available);
-            later
-                .map(|other| format!("<br>`{}`: {} Not in this version.", other.name, other.about.trim()))
-                .collect()
         }
         _ => String::new(),
     }

@@ -94,7 +94,6 @@ pub struct Alternative {
     pub name: &'static str,
     pub table: Option<Table>,
     pub about: &'static str,
-    pub available: bool,
 }
 
 /// Named values for several keys of a section, as TOML.
@@ -189,8 +188,7 @@ impl Shape {
             }
             Shape::Table(_) => "a table: `{ key = value, … }`".into(),
             Shape::OneOf(alternatives) => {
-                let available = alternatives.iter().filter(|alternative| alternative.available);
-                let names: Vec<String> = available.map(Alternative::written).collect();
+                let names: Vec<String> = alternatives.iter().map(Alternative::written).collect();
                 format!("allowed: {}", names.join(", "))
             }
             Shape::Text(what) => (*what).into(),

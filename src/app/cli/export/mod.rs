@@ -3,6 +3,7 @@
 mod files;
 mod layers;
 mod mesh;
+mod mitsuba;
 mod preset;
 mod request;
 mod scene;
@@ -29,12 +30,13 @@ const MAX_CELLS: u32 = (1 << 14) + 1;
 /// Write layers of the finished land: height, water, slope, …; or what stands on it
 #[derive(Args)]
 pub struct Arguments {
-    /// Layers to write, `all` that the world has, `mesh`, `plants` or `scene` [default: height, or mesh where OUT is one]
+    /// Layers to write, `all` that the world has, `mesh`, `plants`, `scene` or `mitsuba` [default: height, or mesh where OUT is
+    /// one]
     ///
     /// height, water, sediment, wear, deposit and reef in m, flow in m³/s, slope in degrees, normal = world (x, −z, y)·½ + ½,
     /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1. The mesh is the height as triangles. Plants
     /// are all that stands on the land, each model once with the places of its instances; the scene is these, the mesh in the
-    /// ground's colours, the sea, the sun and the camera.
+    /// ground's colours, the sea, the sun and the camera. For Mitsuba 3 the folder gets a scene.xml, its meshes and its sky.
     #[arg(long = "layer", value_name = "NAME", num_args = 1.., value_delimiter = ',')]
     #[arg(value_parser = choice())]
     layers: Vec<Choice>,
@@ -118,6 +120,7 @@ enum Instancing {
 enum Choice {
     All,
     Mesh,
+    Mitsuba,
     Scene(scene::What),
     One(Layer),
 }
@@ -159,6 +162,10 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
                 request.place.make()?;
                 scene::write(file, &gpu, &simulation, &mut source, &land, session)?;
             }
+            Content::Mitsuba(folder) => {
+                request.place.make()?;
+                mitsuba::write(folder, &gpu, &simulation, &land, session)?;
+            }
         }
     }
     Ok(())
@@ -186,6 +193,8 @@ fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
         // What rules ask of the ground: height, water, wetness, flow and two distances. The height and the colours of the
         // land's mesh come when that is gone. How many plants there are is known when they are planted, and bounded then.
         Content::Scene(_) => 6,
+        // The land's corners with normals and colours, and its triangles.
+        Content::Mitsuba(_) => 9 + 3 + 6,
     };
     // All channels of the land, those of a tile in planes, and one layer half resampled.
     let resampled = if to == from { 0 } else { 16 * from * to };
@@ -194,11 +203,12 @@ fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
 
 /// Reads the name of a layer, or of what is made of them.
 fn choice() -> impl TypedValueParser<Value = Choice> {
-    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh", "plants", "scene"]);
+    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh", "plants", "scene", "mitsuba"]);
     PossibleValuesParser::new(names).map(|name| {
         match (Layer::ALL.into_iter().find(|layer| layer.name() == name), name.as_str()) {
             (Some(layer), _) => Choice::One(layer),
             (None, "mesh") => Choice::Mesh,
+            (None, "mitsuba") => Choice::Mitsuba,
             (None, "plants") => Choice::Scene(What::Plants),
             (None, "scene") => Choice::Scene(What::Scene),
             (None, _) => Choice::All,

@@ -34,6 +34,8 @@ pub enum Content {
     Layers(LayerFile),
     Mesh(MeshFile),
     Scene(SceneFile),
+    /// A folder.
+    Mitsuba(PathBuf),
 }
 
 impl Request {
@@ -45,7 +47,8 @@ impl Request {
         let choices = choices(arguments, &place);
         let mesh = asks_for_mesh(arguments, &choices, &place)?;
         let scenes = scenes(arguments, &choices, &place, world)?;
-        let models = mesh || !scenes.is_empty();
+        let mitsuba = asks_for_mitsuba(arguments, &choices, &place)?;
+        let models = mesh || !scenes.is_empty() || mitsuba.is_some();
         let format =
             if models && matches!(place, Place::File(_)) { None } else { file_format(arguments, &place)? };
         let tiles = arguments.tiles.unwrap_or(Tiles::ONE);
@@ -74,6 +77,10 @@ impl Request {
             prepare(&place, std::slice::from_ref(&file.path))?;
             contents.push(Content::Scene(file));
         }
+        if let Some(folder) = mitsuba {
+            prepare(&place, &[folder.join("scene.xml")])?;
+            contents.push(Content::Mitsuba(folder));
+        }
         Ok(Request { place, contents, cells, tiles, preset: arguments.preset, notes })
     }
 
@@ -83,7 +90,7 @@ impl Request {
             .iter()
             .flat_map(|content| match content {
                 Content::Layers(file) => file.layers.as_slice(),
-                Content::Mesh(_) | Content::Scene(_) => &[],
+                Content::Mesh(_) | Content::Scene(_) | Content::Mitsuba(_) => &[],
             })
             .copied()
     }
@@ -104,7 +111,7 @@ fn choices(arguments: &Arguments, place: &Place) -> Vec<Choice> {
 fn asks_for_mesh(arguments: &Arguments, choices: &[Choice], place: &Place) -> Result<bool, Error> {
     let refuse = |message: String| Err(Error::Usage(message));
     let asked = choices.contains(&Choice::Mesh);
-    let of_triangles = |choice: &Choice| matches!(choice, Choice::Mesh | Choice::Scene(_));
+    let of_triangles = |choice: &Choice| matches!(choice, Choice::Mesh | Choice::Scene(_) | Choice::Mitsuba);
     let alone = choices.iter().all(of_triangles);
     if let Place::File(path) = place {
         let extension = formats::extension(path);
@@ -135,6 +142,37 @@ fn asks_for_mesh(arguments: &Arguments, choices: &[Choice], place: &Place) -> Re
     Ok(asked)
 }
 
+/// The folder for Mitsuba, if that is asked for.
+fn asks_for_mitsuba(
+    arguments: &Arguments,
+    choices: &[Choice],
+    place: &Place,
+) -> Result<Option<PathBuf>, Error> {
+    if !choices.contains(&Choice::Mitsuba) {
+        return Ok(None);
+    }
+    let Place::Folder(folder) = place else {
+        return Err(Error::Usage("--layer mitsuba is a folder; name one with -o, ending in /".into()));
+    };
+    check_whole(arguments)?;
+    Ok(Some(folder.clone()))
+}
+
+/// Refuses options that cut or resample the land, where things stand on it.
+fn check_whole(arguments: &Arguments) -> Result<(), Error> {
+    let refused = [
+        ("--tiles", arguments.tiles.is_some()),
+        ("--cells", arguments.cells.is_some()),
+        ("--preset", arguments.preset.is_some()),
+    ];
+    match refused.into_iter().find(|(_, given)| *given) {
+        None => Ok(()),
+        Some((option, _)) => Err(Error::Usage(format!(
+            "{option} is for the land, and plants stand on it as it is; leave it out"
+        ))),
+    }
+}
+
 /// Which scenes are asked for; each is a file of its own.
 fn scenes(
     arguments: &Arguments,
@@ -162,14 +200,7 @@ fn scenes(
             return refuse(format!("-o {}: {message}", path.display()));
         }
     }
-    let refused = [
-        ("--tiles", arguments.tiles.is_some()),
-        ("--cells", arguments.cells.is_some()),
-        ("--preset", arguments.preset.is_some()),
-    ];
-    if let Some((option, _)) = refused.into_iter().find(|(_, given)| *given) {
-        return refuse(format!("{option} is for the land, and plants stand on it as it is; leave it out"));
-    }
+    check_whole(arguments)?;
     let plants = &world.plants;
     if scenes.contains(&What::Plants) && plants.rules.is_empty() && plants.standing.is_empty() {
         let reason = "nothing stands on its ground; give it `plants` or `models`";
@@ -213,7 +244,7 @@ fn choose(
     let mut layers = Vec::new();
     for &choice in choices {
         match choice {
-            Choice::Mesh | Choice::Scene(_) => {}
+            Choice::Mesh | Choice::Scene(_) | Choice::Mitsuba => {}
             Choice::All => {
                 layers.extend(&held);
                 let names: Vec<&str> = left_out.iter().map(|layer| layer.name()).collect();

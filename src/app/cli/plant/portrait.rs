@@ -79,7 +79,7 @@ fn scene(world: &World, ground: Ground, model: Model, size: Size) -> Scene {
         Instance { model: 0, random: 0, position: Vec3::ZERO, rotation: Quat::IDENTITY, scale: 1.0 };
     Scene {
         ground,
-        light: world.light,
+        light: world.light.clone(),
         sea: world.sea,
         surface: world.surface.clone(),
         population: Population { models: vec![Arc::new(model)], instances: [instance].into() },
