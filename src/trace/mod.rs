@@ -51,14 +51,16 @@ pub struct Settings {
     pub aperture: f32,
     /// Distance of what is sharp, metres, along the axis of the camera.
     pub focus: f32,
-    /// Whether materials have their mean colour and nothing else, no noise, relief or gloss, and there is neither water nor
-    /// clouds: what other renderers can show, too.
+    /// Whether materials have their mean colour and nothing else, no noise, relief or gloss, and there are no clouds: what other
+    /// renderers can show, too.
     pub plain: bool,
+    /// Whether there is a sea; without it what it covers lies dry.
+    pub sea: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Settings { seed: 1, bounces: 8, aperture: 0.0, focus: 1.0, plain: false }
+        Settings { seed: 1, bounces: 8, aperture: 0.0, focus: 1.0, plain: false, sea: true }
     }
 }
 
@@ -357,8 +359,8 @@ impl Tracing<'_> {
         let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);
         let size = [count, 1];
         let (first, count) = (first as i32, count as i32);
-        let &Settings { seed, bounces, aperture, focus, plain } = settings;
-        let sea_level = if plain { f32::MIN } else { ground.sea_level };
+        let &Settings { seed, bounces, aperture, focus, plain, sea: with_sea } = settings;
+        let sea_level = if with_sea { ground.sea_level } else { f32::MIN };
         let mut rec = Recorder::new(&tracer.gpu);
         rec.dispatch(
             &tracer.generate,

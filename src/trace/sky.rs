@@ -14,11 +14,13 @@ const FINEST: [u32; 2] = [2048, 1024];
 /// How much less often light from below the horizon is looked for: most of it does not arrive anywhere.
 const BELOW: f64 = 0.25;
 
-/// Columns and rows of the table: those of a picture, or a whole part of them.
+/// Columns and rows of the table: a multiple of a picture's, for its light changes within a texel, or a whole part of them.
 pub fn size(sky: &Sky) -> [u32; 2] {
+    const MOST_TIMES: u32 = 4;
     let Sky::Map(map) = sky else { return SMOOTH };
-    let part = map.width.div_ceil(FINEST[0]).max(map.height.div_ceil(FINEST[1]));
-    [map.width.div_ceil(part), map.height.div_ceil(part)]
+    let part = map.width.div_ceil(FINEST[0]).max(map.height.div_ceil(FINEST[1])).max(1);
+    let times = (FINEST[0] / map.width.max(1)).min(FINEST[1] / map.height.max(1)).clamp(1, MOST_TIMES);
+    [map.width, map.height].map(|count| (count * times).div_ceil(part).max(1))
 }
 
 /// How much of the light comes from above the end of each row, and within each row from before the end of each cell. Below the

@@ -791,8 +791,8 @@ section! {
         spp: u32 = whole(64, 1..=MOST_SAMPLES),
         /// Most scatterings that light takes on its way to the eye, when it is traced. With 0 only lights are seen.
         bounces: u32 = whole(8, 0..=1000),
-        /// Materials have the mean of their colours and nothing else, neither noise nor relief nor gloss, when the picture is
-        /// traced: for comparisons with other renderers.
+        /// Materials have the mean of their colours and nothing else, neither noise nor relief nor gloss, and there is neither water
+        /// nor clouds, when the picture is traced: for comparisons with other renderers.
         constant_materials: bool = switch(false),
     }
 }

@@ -241,6 +241,7 @@ fn parse_made(
             aperture: camera.aperture / 2.0,
             focus: camera.focus,
             plain: render.constant_materials,
+            sea: !render.constant_materials,
         },
         photo: None,
         warnings,
