@@ -40,6 +40,7 @@ struct Placement {
     vec4 rotation;       // unit quaternion
     uint random;
     uint root;           // node of the model's tree
+    uint first;          // of its triangles
     uint object;         // 1 + index of the instance; 0 for the land
 };
 

@@ -7,13 +7,14 @@
 mod film;
 pub mod ground;
 pub mod memory;
+mod rays;
 mod sky;
 pub mod tree;
 
 use crate::core::camera::Pinhole;
 use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
 use crate::scene::{self, Film, Scene};
-use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
+use crate::shaders::trace::{escape, extend, film as add, generate, land, model, sea};
 use crate::shaders::{
     self, Frame, Work,
     raster::{openness, surf},
@@ -22,8 +23,10 @@ use glam::Vec3;
 use std::time::{Duration, Instant};
 
 pub use film::Sums;
+pub use rays::Traversal;
 
 use film::Block;
+use rays::Programs;
 use tree::Tree;
 
 /// Traces scenes. Making one compiles its programs; it can then trace any number of pictures.
@@ -32,12 +35,11 @@ pub struct Tracer {
     openness: Compute<openness::Shader>,
     surf: Compute<surf::Shader>,
     generate: Compute<generate::Shader>,
-    extend: Compute<extend::Shader>,
+    rays: Programs,
     escape: Compute<escape::Shader>,
     land: Compute<land::Shader>,
     model: Compute<model::Shader>,
     sea: Compute<sea::Shader>,
-    connect: Compute<connect::Shader>,
     add: Compute<add::Shader>,
 }
 
@@ -71,20 +73,27 @@ const FINEST_EXPOSURE: u32 = 1024;
 const FEWEST_PATHS: u32 = 2048;
 
 impl Tracer {
+    /// Rays go through what is best for the device.
+    ///
     /// # Errors
     /// What the device lacks or has no memory for.
     pub fn new(gpu: &Gpu) -> gpu::Result<Self> {
+        Tracer::with(gpu, Traversal::best(gpu))
+    }
+
+    /// # Errors
+    /// What the device lacks or has no memory for.
+    pub fn with(gpu: &Gpu, traversal: Traversal) -> gpu::Result<Self> {
         Ok(Tracer {
             gpu: gpu.clone(),
             openness: Compute::new(gpu, ())?,
             surf: Compute::new(gpu, ())?,
             generate: Compute::new(gpu, ())?,
-            extend: Compute::new(gpu, ())?,
+            rays: Programs::new(gpu, traversal)?,
             escape: Compute::new(gpu, ())?,
             land: Compute::new(gpu, ())?,
             model: Compute::new(gpu, ())?,
             sea: Compute::new(gpu, ())?,
-            connect: Compute::new(gpu, ())?,
             add: Compute::new(gpu, ())?,
         })
     }
@@ -104,7 +113,7 @@ impl Tracer {
         let mut rec = Recorder::new(gpu);
         let heights = rec.download(&scene.ground.height);
         let heights = heights.take(&rec.submit()?.wait()?);
-        let tree = Tree::new(gpu, scene, &heights)?;
+        let tree = Tree::new(gpu, scene, &heights, self.rays.traversal())?;
         let frame = upload(gpu, "frame", &[scene::frame(scene, film, 1, camera)])?;
         let dome = upload(gpu, "dome", &sky::table(&scene.light.sky))?;
         let [openness, surf] = self.exposure(scene, &frame)?;
@@ -316,7 +325,7 @@ impl Tracing<'_> {
     ) -> gpu::Result<()> {
         let Tracing { tracer, scene, settings, tree, frame, dome, openness, surf, paths, .. } = self;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
-        let Tree { nodes, triangles, facets, placements, materials } = tree;
+        let Tree { triangles, facets, placements, materials, .. } = tree;
         let ground = &scene.ground;
         let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);
         let size = [count, 1];
@@ -332,25 +341,8 @@ impl Tracing<'_> {
         for turn in 0..=bounces {
             let (queue, next) = (&queues[turn as usize % 2], &queues[(turn as usize + 1) % 2]);
             let work = Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into() };
-            rec.dispatch(
-                &tracer.extend,
-                size,
-                extend::Push { turn, sea_level: ground.sea_level },
-                extend::Bindings {
-                    nodes,
-                    triangles,
-                    placements,
-                    facets,
-                    turns,
-                    queue,
-                    paths,
-                    hits,
-                    escaped,
-                    land,
-                    models,
-                    sea,
-                },
-            );
+            let push = extend::Push { turn, sea_level: ground.sea_level };
+            tracer.rays.extend(&mut rec, size[0], push, tree, &self.paths, queue);
             rec.concurrent(|rec| {
                 let queue = escaped;
                 let bindings =
@@ -416,12 +408,7 @@ impl Tracing<'_> {
                 );
             });
             if turn < bounces {
-                rec.dispatch(
-                    &tracer.connect,
-                    size,
-                    connect::Push { turn },
-                    connect::Bindings { nodes, triangles, placements, turns, looks, paths },
-                );
+                tracer.rays.connect(&mut rec, size[0], turn, tree, &self.paths);
             }
         }
         rec.dispatch(
@@ -459,30 +446,13 @@ impl Volley<'_> {
     /// A lost device.
     pub fn trace(&self) -> gpu::Result<Option<Duration>> {
         let Tracing { tracer, tree, .. } = self.tracing;
-        let Paths { paths, hits, queues, escaped, land, models, sea, turns, .. } = &self.paths;
-        let Tree { nodes, triangles, facets, placements, .. } = tree;
-        let queue = &queues[0];
         let mut rec = Recorder::timed(&tracer.gpu, 2);
-        rec.upload(turns, &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()]);
-        rec.dispatch(
-            &tracer.extend,
-            [self.count, 1],
-            extend::Push { turn: 0, sea_level: f32::MIN },
-            extend::Bindings {
-                nodes,
-                triangles,
-                placements,
-                facets,
-                turns,
-                queue,
-                paths,
-                hits,
-                escaped,
-                land,
-                models,
-                sea,
-            },
+        rec.upload(
+            &self.paths.turns,
+            &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()],
         );
+        let push = extend::Push { turn: 0, sea_level: f32::MIN };
+        tracer.rays.extend(&mut rec, self.count, push, tree, &self.paths, &self.paths.queues[0]);
         let finished = rec.submit()?.wait()?;
         Ok(finished.timings.last().map(|timing| timing.duration))
     }

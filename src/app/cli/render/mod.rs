@@ -10,6 +10,7 @@ use crate::formats;
 use crate::gpu::Gpu;
 use crate::raster::{self, Quality};
 use crate::scene::{Film, Picture, Scene};
+use crate::trace::Traversal;
 use crate::world::{Renderer, World};
 use clap::{Args, ValueHint};
 use std::path::{Path, PathBuf};
@@ -30,6 +31,11 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = method)]
     renderer: Option<Renderer>,
 
+    /// What traced rays go through: query (what the device itself has for that), bvh (our own trees), or auto, the first
+    /// where there is one
+    #[arg(long, value_name = "NAME", value_parser = traversal, default_value = "auto")]
+    traversal: Choice,
+
     #[command(flatten)]
     limits: trace::Limits,
 
@@ -40,6 +46,10 @@ pub struct Arguments {
     #[command(flatten)]
     pub output: OutputOptions,
 }
+
+/// Of what rays go through; `None` leaves it to the device.
+#[derive(Clone, Copy)]
+struct Choice(Option<Traversal>);
 
 const EXTENSIONS: [&str; 2] = ["png", "exr"];
 
@@ -63,6 +73,8 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 
     interrupt::listen();
     let gpu = land::open(&arguments.device, session)?;
+    let traversal = arguments.traversal.0.unwrap_or_else(|| Traversal::best(&gpu));
+    traversal.check(&gpu)?;
     let planted = !world.plants.rules.is_empty();
     memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0, renderer }, &Limits::of(&gpu))?;
     let simulation = land::simulate(&gpu, &world, session)?;
@@ -79,7 +91,8 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
             write(&path, &picture, &film, session)
         }
         Renderer::Trace => {
-            let shot = Shot { world: &world, scene: &scene, film, camera: pinhole, path, place: &place };
+            let shot =
+                Shot { world: &world, scene: &scene, film, camera: pinhole, traversal, path, place: &place };
             trace::run(&gpu, &shot, &arguments.limits, session)
         }
     }
@@ -118,6 +131,15 @@ fn write(path: &Path, picture: &Picture, film: &Film, session: &mut Session) -> 
     session.progress.say(&format!("wrote {}, {} × {} pixels", path.display(), picture.width, picture.height));
     session.report.wrote(&written);
     Ok(())
+}
+
+fn traversal(name: &str) -> Result<Choice, String> {
+    match name {
+        "auto" => Ok(Choice(None)),
+        "query" => Ok(Choice(Some(Traversal::Query))),
+        "bvh" => Ok(Choice(Some(Traversal::Bvh))),
+        _ => Err("use auto, query or bvh".into()),
+    }
 }
 
 fn method(name: &str) -> Result<Renderer, String> {

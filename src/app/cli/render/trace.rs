@@ -6,7 +6,7 @@ use crate::core::camera::Pinhole;
 use crate::formats::{self, exr::Layered, file::Written};
 use crate::gpu::Gpu;
 use crate::scene::{Film, Scene};
-use crate::trace::{Sums, Tracer};
+use crate::trace::{Sums, Tracer, Traversal};
 use crate::world::World;
 use clap::Args;
 use std::path::PathBuf;
@@ -41,13 +41,14 @@ pub struct Shot<'a> {
     pub scene: &'a Scene,
     pub film: Film,
     pub camera: Pinhole,
+    pub traversal: Traversal,
     pub path: PathBuf,
     pub place: &'a Place,
 }
 
 /// Traces the picture and writes it, now and then on the way, too.
 pub fn run(gpu: &Gpu, shot: &Shot, limits: &Limits, session: &mut Session) -> Result<(), Error> {
-    let tracer = Tracer::new(gpu)?;
+    let tracer = Tracer::with(gpu, shot.traversal)?;
     session.progress.show("acceleration", 0, 1);
     let mut tracing = tracer.begin(shot.scene, &shot.film, &shot.camera, shot.world.tracing)?;
     session.progress.show("acceleration", 1, 1);
