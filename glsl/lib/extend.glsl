@@ -1,10 +1,17 @@
-// Finds what each path meets next, and sorts paths by it. The includer has `trace`.
+// Finds what each path meets next, and sorts paths by it. The includer defines `trace`.
 #ifndef EXTEND_GLSL
 #define EXTEND_GLSL
 
+#include "lib/hit.glsl"
+#include "lib/lattice.glsl"
 #include "lib/path.glsl"
+#include "lib/tree.glsl"
 
 layout(local_size_x = 64) in;
+
+layout(binding = 2) uniform usamplerBuffer placements;
+
+#include "lib/placements.glsl"
 
 layout(binding = 3, scalar) buffer Turns { Turn turns[]; };
 layout(binding = 4, scalar) readonly buffer Queue { uint queue[]; };
@@ -18,7 +25,11 @@ layout(binding = 10, scalar) writeonly buffer Sea { uint sea[]; };
 layout(push_constant, scalar) uniform Push {
     uint turn;
     float sea_level;
+    Lattice lattice;
 } push;
+
+// The nearest triangle before `reach`; any of them if `any_`.
+Hit trace(vec3 origin, vec3 direction, float reach, const bool any_);
 
 // Distance beyond which the sea is not seen, metres.
 const float HORIZON = 1e6;
@@ -39,7 +50,7 @@ void main() {
         } else {
             escaped[atomicAdd(turns[push.turn].escaped, 1u)] = index;
         }
-    } else if (placements[hit.placement].object == 0u) {
+    } else if (placement_at(hit.placement).object == 0u) {
         land[atomicAdd(turns[push.turn].land, 1u)] = index;
     } else {
         models[atomicAdd(turns[push.turn].models, 1u)] = index;

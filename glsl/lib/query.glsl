@@ -4,6 +4,7 @@
 #define QUERY_GLSL
 
 #include "lib/hit.glsl"
+#include "lib/placements.glsl"
 #include "lib/tree.glsl"
 
 // The nearest triangle before `reach`; any of them if `any_`.
@@ -16,7 +17,7 @@ Hit trace(vec3 origin, vec3 direction, float reach, const bool any_) {
         return Hit(reach, 0.0, 0.0, 0u, NOTHING);
     }
     uint placement = rayQueryGetIntersectionInstanceIdEXT(query, true);
-    uint triangle = placements[placement].first + rayQueryGetIntersectionPrimitiveIndexEXT(query, true);
+    uint triangle = placement_at(placement).first + rayQueryGetIntersectionPrimitiveIndexEXT(query, true);
     vec2 weights = rayQueryGetIntersectionBarycentricsEXT(query, true);
     return Hit(rayQueryGetIntersectionTEXT(query, true), weights.x, weights.y, placement, triangle);
 }

@@ -5,9 +5,9 @@
 
 #include "lib/tree.glsl"
 
-layout(binding = 0, scalar) readonly buffer Nodes { Node nodes[]; };
-layout(binding = 1, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(binding = 2, scalar) readonly buffer Placements { Placement placements[]; };
+layout(binding = 0) uniform usamplerBuffer nodes;
+layout(binding = 1) uniform usamplerBuffer triangles;
+layout(binding = 6, r32f) uniform readonly image2D height;
 
-#include "lib/bvh.glsl"
 #include "lib/connect.glsl"
+#include "lib/bvh.glsl"

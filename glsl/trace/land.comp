@@ -10,7 +10,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 9, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 9) uniform usamplerBuffer triangles;
 layout(binding = 10, r32f) uniform readonly image2D height;
 layout(binding = 11, r32f) uniform readonly image2D wetness;
 layout(binding = 12, r32f) uniform readonly image2D reef;
@@ -21,6 +21,8 @@ layout(binding = 14, r32f) uniform readonly image2D water;
 #include "lib/fields.glsl"
 #include "lib/texture.glsl"
 #include "lib/surface.glsl"
+#include "lib/ground.glsl"
+#include "lib/triangles.glsl"
 
 Spot spot_on_land(vec3 point, vec3 outward, float footprint, float choice) {
     Stencil s = stencil(point.xz, frame.cells);
@@ -43,6 +45,16 @@ Spot spot_on_land(vec3 point, vec3 outward, float footprint, float choice) {
     return Spot(point, outward, normal, Bsdf(found.albedo, vec3(0.0), 1.0, 1.0), vec3(0.0), found.albedo, 0u);
 }
 
+// Normal of a triangle, of any length: of the land's own, or of what the sea covers beyond.
+vec3 facing_of(uint number) {
+    if ((number & GRID) != 0u) {
+        mat3 corners = ground_corners(number, Lattice(frame.cell_size, 0.5 * frame.extent));
+        return cross(corners[1] - corners[0], corners[2] - corners[0]);
+    }
+    Triangle triangle = triangle_at(number);
+    return cross(triangle.b - triangle.a, triangle.c - triangle.a);
+}
+
 void main() {
     uint slot = gl_GlobalInvocationID.x;
     if (slot >= turns[push.work.turn].land) return;
@@ -50,8 +62,7 @@ void main() {
     Path path = paths[index];
     Hit hit = hits[index];
     vec3 point = arrive(index, path, hit);
-    Triangle triangle = triangles[hit.triangle];
-    vec3 outward = normalize(cross(triangle.b - triangle.a, triangle.c - triangle.a));
+    vec3 outward = normalize(facing_of(hit.triangle));
     if (dot(outward, path.direction) > 0.0) outward = -outward;
     turn_at(index, path, spot_on_land(point, outward, path.width, random_pair(index, 3u).x), hit.range);
 }

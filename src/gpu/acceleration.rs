@@ -9,8 +9,7 @@ use super::{
     recorder::Recorder,
 };
 use ash::vk;
-use bytemuck::Pod;
-use std::{ops::Range, sync::Arc};
+use std::sync::Arc;
 
 /// Triangles, or instances of structures over triangles.
 #[derive(Clone)]
@@ -33,52 +32,39 @@ struct Raw {
     gpu: Gpu,
 }
 
-/// Bytes of a triangle: three corners of three floats.
-const TRIANGLE: usize = 36;
-
 /// As Vulkan lays an instance out (`VkAccelerationStructureInstanceKHR`): the transform, index and mask, flags, the address.
 const INSTANCE: usize = 16;
 
 impl AccelerationStructure {
-    /// One over each of these ranges of the triangles, of which none is empty. A `T` is three corners of three floats. The triangles
-    /// are not needed afterwards.
+    /// Over triangles, at least one, each of three corners.
     ///
     /// # Errors
-    /// A device that does not trace rays by itself, more triangles in one than it takes, or no memory.
-    pub fn over_triangles<T: Pod>(
-        gpu: &Gpu,
-        triangles: &Buffer<T>,
-        ranges: &[Range<u32>],
-    ) -> Result<Vec<AccelerationStructure>> {
-        let limits = acceleration(gpu)?.limits;
-        let address = triangles.raw().address();
-        let build = |range: &Range<u32>| {
-            let count = range.len() as u64;
-            let within = range.end as usize <= triangles.len() && count > 0 && count <= limits.most_triangles;
-            if !within || size_of::<T>() != TRIANGLE {
-                let most = limits.most_triangles;
-                return Err(Error::Unsupported(format!(
-                    "a ray tracing structure over {count} triangles; 1 to {most} can be here"
-                )));
-            }
-            let data = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
-                .vertex_format(vk::Format::R32G32B32_SFLOAT)
-                .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: address })
-                .vertex_stride(TRIANGLE as u64 / 3)
-                .max_vertex(3 * range.end - 1)
-                .index_type(vk::IndexType::NONE_KHR);
-            let geometry = vk::AccelerationStructureGeometryKHR::default()
-                .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
-                .geometry(vk::AccelerationStructureGeometryDataKHR { triangles: data })
-                .flags(vk::GeometryFlagsKHR::OPAQUE);
-            let part = vk::AccelerationStructureBuildRangeInfoKHR::default()
-                .primitive_count(range.len() as u32)
-                .primitive_offset(range.start * TRIANGLE as u32);
-            let kind = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
-            let raw = Raw::build(gpu, kind, geometry, part, triangles.raw().clone(), Vec::new())?;
-            Ok(AccelerationStructure(Arc::new(raw.compacted()?)))
-        };
-        ranges.iter().map(build).collect()
+    /// A device that does not trace rays by itself, more triangles than it takes, or no memory.
+    pub fn over_triangles(gpu: &Gpu, triangles: &[[[f32; 3]; 3]]) -> Result<AccelerationStructure> {
+        let (count, most) = (triangles.len() as u64, acceleration(gpu)?.limits.most_triangles);
+        if count > most {
+            return Err(Error::Unsupported(format!(
+                "a ray tracing structure over {count} triangles; {most} can be here"
+            )));
+        }
+        let buffer = Buffer::new(gpu, "triangles to build from", triangles.len())?;
+        let mut rec = Recorder::new(gpu);
+        rec.upload(&buffer, triangles);
+        rec.submit()?.wait()?;
+        let data = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+            .vertex_format(vk::Format::R32G32B32_SFLOAT)
+            .vertex_data(vk::DeviceOrHostAddressConstKHR { device_address: buffer.raw().address() })
+            .vertex_stride(size_of::<[f32; 3]>() as u64)
+            .max_vertex(3 * count as u32 - 1)
+            .index_type(vk::IndexType::NONE_KHR);
+        let geometry = vk::AccelerationStructureGeometryKHR::default()
+            .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+            .geometry(vk::AccelerationStructureGeometryDataKHR { triangles: data })
+            .flags(vk::GeometryFlagsKHR::OPAQUE);
+        let part = vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(count as u32);
+        let kind = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
+        let raw = Raw::build(gpu, kind, geometry, part, buffer.raw().clone(), Vec::new())?;
+        Ok(AccelerationStructure(Arc::new(raw.compacted()?)))
     }
 
     /// One over instances, at least one; shaders know them by their place in this list.

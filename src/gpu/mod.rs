@@ -24,6 +24,7 @@ mod objects;
 mod pipeline;
 mod recorder;
 mod submission;
+mod texels;
 mod transfer;
 
 pub use self::{
@@ -39,5 +40,6 @@ pub use self::{
     },
     recorder::{Draw, Draws, IndexedDraw, Load, Recorder, Targets},
     submission::{Download, Finished, Submission, Timing},
+    texels::Texels,
     transfer::Transfer,
 };

@@ -61,6 +61,7 @@ pub enum ResourceKind {
     StorageImage,
     UniformBuffer,
     StorageBuffer,
+    TexelBuffer,
     AccelerationStructure,
 }
 
@@ -105,6 +106,7 @@ pub type Share = Arc<dyn Any + Send + Sync>;
 pub enum Descriptor {
     Image(vk::ImageView),
     Buffer { buffer: vk::Buffer, bytes: u64 },
+    Texels(vk::BufferView),
     AccelerationStructure(vk::AccelerationStructureKHR),
 }
 
@@ -444,6 +446,7 @@ pub(super) fn descriptor_type(kind: ResourceKind) -> vk::DescriptorType {
         ResourceKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
         ResourceKind::UniformBuffer => vk::DescriptorType::UNIFORM_BUFFER,
         ResourceKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
+        ResourceKind::TexelBuffer => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
         ResourceKind::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
     }
 }

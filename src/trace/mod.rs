@@ -12,9 +12,10 @@ mod sky;
 pub mod tree;
 
 use crate::core::camera::Pinhole;
+use crate::core::grid::Grid;
 use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
 use crate::scene::{self, Film, Scene};
-use crate::shaders::trace::{escape, extend, film as add, generate, land, model, sea};
+use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
 use crate::shaders::{
     self, Frame, Work,
     raster::{openness, surf},
@@ -325,8 +326,9 @@ impl Tracing<'_> {
     ) -> gpu::Result<()> {
         let Tracing { tracer, scene, settings, tree, frame, dome, openness, surf, paths, .. } = self;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
-        let Tree { triangles, facets, placements, materials, .. } = tree;
+        let Tree { triangles, coats, placements, materials, .. } = tree;
         let ground = &scene.ground;
+        let (world, lattice) = ((tree, &ground.height), lattice(ground.grid));
         let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);
         let size = [count, 1];
         let (first, count) = (first as i32, count as i32);
@@ -341,8 +343,8 @@ impl Tracing<'_> {
         for turn in 0..=bounces {
             let (queue, next) = (&queues[turn as usize % 2], &queues[(turn as usize + 1) % 2]);
             let work = Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into() };
-            let push = extend::Push { turn, sea_level: ground.sea_level };
-            tracer.rays.extend(&mut rec, size[0], push, tree, &self.paths, queue);
+            let push = extend::Push { turn, sea_level: ground.sea_level, lattice };
+            tracer.rays.extend(&mut rec, size[0], push, world, &self.paths, queue);
             rec.concurrent(|rec| {
                 let queue = escaped;
                 let bindings =
@@ -401,14 +403,14 @@ impl Tracing<'_> {
                         features,
                         dome,
                         triangles,
-                        facets,
+                        coats,
                         placements,
                         materials,
                     },
                 );
             });
             if turn < bounces {
-                tracer.rays.connect(&mut rec, size[0], turn, tree, &self.paths);
+                tracer.rays.connect(&mut rec, size[0], connect::Push { turn, lattice }, world, &self.paths);
             }
         }
         rec.dispatch(
@@ -445,14 +447,16 @@ impl Volley<'_> {
     /// # Errors
     /// A lost device.
     pub fn trace(&self) -> gpu::Result<Option<Duration>> {
-        let Tracing { tracer, tree, .. } = self.tracing;
+        let Tracing { tracer, scene, tree, .. } = self.tracing;
         let mut rec = Recorder::timed(&tracer.gpu, 2);
         rec.upload(
             &self.paths.turns,
             &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()],
         );
-        let push = extend::Push { turn: 0, sea_level: f32::MIN };
-        tracer.rays.extend(&mut rec, self.count, push, tree, &self.paths, &self.paths.queues[0]);
+        let ground = &scene.ground;
+        let push = extend::Push { turn: 0, sea_level: f32::MIN, lattice: lattice(ground.grid) };
+        let world = (tree, &ground.height);
+        tracer.rays.extend(&mut rec, self.count, push, world, &self.paths, &self.paths.queues[0]);
         let finished = rec.submit()?.wait()?;
         Ok(finished.timings.last().map(|timing| timing.duration))
     }
@@ -464,17 +468,20 @@ impl Volley<'_> {
     pub fn meetings(&self) -> gpu::Result<Vec<Option<Meeting>>> {
         let mut rec = Recorder::new(&self.tracing.tracer.gpu);
         let hits = rec.download(&self.paths.hits);
-        let placements = rec.download(&self.tracing.tree.placements);
         let finished = rec.submit()?.wait()?;
-        let placements = placements.take(&finished);
+        let objects = &self.tracing.tree.objects;
         let meeting = |hit: &shaders::Hit| {
             (hit.triangle != NOTHING).then(|| Meeting {
                 range: hit.range,
-                instance: placements[hit.placement as usize].object.checked_sub(1),
+                instance: objects.get(hit.placement as usize).and_then(|object| object.checked_sub(1)),
             })
         };
         Ok(hits.take(&finished).iter().map(meeting).collect())
     }
+}
+
+fn lattice(grid: Grid) -> shaders::Lattice {
+    shaders::Lattice { cell_size: grid.cell_size(), half_extent: grid.extent / 2.0 }
 }
 
 fn upload<T: bytemuck::Pod>(gpu: &Gpu, name: &str, values: &[T]) -> gpu::Result<Buffer<T>> {

@@ -2,7 +2,7 @@
 
 use super::Paths;
 use super::tree::{Tree, Way};
-use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Recorder};
+use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
 use crate::shaders::trace::{connect, connect_query, extend, extend_query};
 
 /// What rays go through.
@@ -63,13 +63,14 @@ impl Programs {
         }
     }
 
-    /// Finds what the paths in `queue`, at most `most`, meet in this turn. The tree is of the same traversal.
+    /// Finds what the paths in `queue`, at most `most`, meet in this turn, among what is in the tree and on the land of these heights. The tree
+    /// is of the same traversal.
     pub fn extend(
         &self,
         rec: &mut Recorder,
         most: u32,
         push: extend::Push,
-        tree: &Tree,
+        (tree, height): (&Tree, &Image<R32f>),
         paths: &Paths,
         queue: &Buffer<u32>,
     ) {
@@ -93,14 +94,15 @@ impl Programs {
                     land,
                     models,
                     sea,
+                    height,
                 },
             ),
             (Programs::Query { extend, .. }, Way::Query(world)) => {
-                let extend::Push { turn, sea_level } = push;
+                let extend::Push { turn, sea_level, lattice } = push;
                 rec.dispatch(
                     extend,
                     size,
-                    extend_query::Push { turn, sea_level },
+                    extend_query::Push { turn, sea_level, lattice },
                     extend_query::Bindings {
                         world,
                         placements,
@@ -121,18 +123,27 @@ impl Programs {
     }
 
     /// Adds the lights that nothing hides from the paths of this turn.
-    pub fn connect(&self, rec: &mut Recorder, most: u32, turn: u32, tree: &Tree, paths: &Paths) {
+    pub fn connect(
+        &self,
+        rec: &mut Recorder,
+        most: u32,
+        push: connect::Push,
+        (tree, height): (&Tree, &Image<R32f>),
+        paths: &Paths,
+    ) {
         let Paths { paths, turns, looks, .. } = paths;
         let Tree { triangles, placements, .. } = tree;
         let size = [most, 1];
         match (self, &tree.way) {
             (Programs::Bvh { connect, .. }, Way::Bvh(nodes)) => {
-                let bindings = connect::Bindings { nodes, triangles, placements, turns, looks, paths };
-                rec.dispatch(connect, size, connect::Push { turn }, bindings);
+                let bindings =
+                    connect::Bindings { nodes, triangles, placements, turns, looks, paths, height };
+                rec.dispatch(connect, size, push, bindings);
             }
             (Programs::Query { connect, .. }, Way::Query(world)) => {
                 let bindings = connect_query::Bindings { world, placements, turns, looks, paths };
-                rec.dispatch(connect, size, connect_query::Push { turn }, bindings);
+                let connect::Push { turn, lattice } = push;
+                rec.dispatch(connect, size, connect_query::Push { turn, lattice }, bindings);
             }
             _ => {}
         }

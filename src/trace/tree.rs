@@ -1,126 +1,217 @@
-//! What rays are traced through: a tree over all instances, and one over the triangles of each model.
+//! What rays are traced through: a tree over all instances, and one over the triangles of each model and of the land.
 
+use super::ground::{self, GRID, Ground};
 use super::rays::Traversal;
-use super::{ground, upload};
+use super::upload;
+use crate::core::grid::Grid;
 use crate::core::octahedron::packed_direction;
-use crate::gpu::{self, AccelerationStructure, Buffer, Gpu, Stance};
+use crate::gpu::{self, AccelerationStructure, Buffer, Gpu, Stance, Texels};
 use crate::scene::{Instance, Material, Model, Scene};
-use crate::shaders::{self, Facet, Node, Placement, Triangle};
+use crate::shaders;
+use bytemuck::{Pod, Zeroable};
 use glam::{Mat3A, Quat, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
 use obvhs::{Boundable, BvhBuildParams, triangle};
 use rayon::prelude::*;
-use std::ops::Range;
 use std::time::Duration;
 
 /// The scene on the device, as rays need it.
 pub struct Tree {
     pub way: Way,
-    pub triangles: Buffer<Triangle>,
-    pub facets: Buffer<Facet>,
-    pub placements: Buffer<Placement>,
+    pub triangles: Texels,
+    /// Of every triangle, the index into all materials.
+    pub coats: Buffer<u32>,
+    pub placements: Texels,
     pub materials: Buffer<shaders::Material>,
+    /// Of every placement, 1 + the index of its instance; 0 for the land.
+    pub objects: Vec<u32>,
 }
 
 /// What rays go through to the triangles.
 pub enum Way {
     /// Over the placements, in their order.
     Query(AccelerationStructure),
-    /// First the tree over the placements, whose root is node 0; then those of the land and the models.
-    Bvh(Buffer<Node>),
+    /// First the tree over what stands on the land, whose root is node 0; then those of the land and the models.
+    Bvh(Texels),
 }
 
-/// The twin of `GROUND` in `glsl/lib/tree.glsl`.
-const GROUND: u32 = u32::MAX;
+/// The twin of `Triangle` in `glsl/lib/tree.glsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+pub struct Triangle {
+    corners: [[f32; 3]; 3],
+    normals: [u32; 3],
+}
+
+/// The twin of `Placement` in `glsl/lib/tree.glsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+pub struct Placement {
+    position: [f32; 3],
+    scale: f32,
+    rotation: [f32; 4],
+    root: u32,
+    first: u32,
+    random: u32,
+    object: u32,
+}
 
 /// Triangles and their tree, if we make one.
+#[derive(Default)]
 struct Grown {
-    nodes: Vec<Node>,
+    nodes: Vec<CwBvhNode>,
     /// In the order of the tree's leaves.
     triangles: Vec<Triangle>,
-    facets: Vec<Facet>,
-    bounds: Aabb,
-    /// Boxes that hold all of it, closer than `bounds`: those of the root's children.
+    coats: Vec<u32>,
+    /// Boxes that hold all of it, closely: those of the root's children.
     boxes: Vec<Aabb>,
 }
+
+/// One of the things that stand in the scene.
+#[derive(Clone, Copy)]
+struct Standing {
+    part: usize,
+    placement: Placement,
+}
+
+/// What stands in a scene: the first part is the land on its grid, the second what the sea covers beyond, and the others are the models.
+const LAND: usize = 0;
+const SKIRT: usize = 1;
+const MODELS: usize = 2;
 
 impl Tree {
     /// # Errors
     /// No memory, or more triangles than the device can bind at once.
     pub fn new(gpu: &Gpu, scene: &Scene, heights: &[f32], traversal: Traversal) -> gpu::Result<Tree> {
         let population = &scene.population;
-        let mut firsts = Vec::new();
+        let mut first_materials = Vec::new();
         let mut materials: Vec<shaders::Material> = Vec::new();
         for model in &population.models {
-            firsts.push(materials.len() as u32);
+            first_materials.push(materials.len() as u32);
             materials.extend(model.materials.iter().map(shaders::Material::from));
         }
         if materials.is_empty() {
             // Nothing has one, but a buffer holds something.
             materials.push((&Material::default()).into());
         }
-        let land = ground::triangles(scene.ground.grid, heights, scene.ground.sea_level);
-        let land =
-            || Grown::new(&land, &vec![Facet { normals: [0; 3], material: GROUND }; land.len()], traversal);
+        let grid = scene.ground.grid;
+        let land = || match traversal {
+            Traversal::Bvh => Grown::from(Ground::new(grid, heights)),
+            Traversal::Query => Grown::default(),
+        };
+        let skirt = ground::skirt(grid, heights, scene.ground.sea_level);
+        let skirt =
+            Grown::new(skirt.iter().map(|corners| bare(*corners)).collect(), vec![0; skirt.len()], traversal);
         let models = || -> Vec<Grown> {
-            let models = population.models.par_iter().zip(&firsts);
+            let models = population.models.par_iter().zip(&first_materials);
             models.map(|(model, first)| grown(model, *first, traversal)).collect()
         };
         let (land, models) = rayon::join(land, models);
 
-        let all: Vec<&Grown> = std::iter::once(&land).chain(&models).collect();
-        let standing = standing(&all, &population.instances);
-        let firsts: Vec<u32> = firsts_of(all.iter().map(|grown| grown.triangles.len()));
-        let triangles: Vec<Triangle> = all.iter().flat_map(|grown| &grown.triangles).copied().collect();
-        let facets: Vec<Facet> = all.iter().flat_map(|grown| &grown.facets).copied().collect();
-        let triangles = upload(gpu, "triangles", &triangles)?;
+        let mut parts = vec![land, skirt];
+        parts.extend(models);
+        let mut triangles: Vec<Triangle> = parts.iter().flat_map(|part| &part.triangles).copied().collect();
+        let mut coats: Vec<u32> = parts.iter().flat_map(|part| &part.coats).copied().collect();
+        if triangles.is_empty() {
+            triangles.push(Triangle::default());
+            coats.push(0);
+        }
+        let firsts = firsts(&parts);
+        let standing = standing(&parts, &firsts, &population.instances);
         let (way, placements) = match traversal {
-            Traversal::Query => query(gpu, &all, &firsts, &triangles, &standing)?,
-            Traversal::Bvh => bvh(gpu, &all, &firsts, &standing)?,
+            Traversal::Query => query(gpu, grid, heights, &parts, standing)?,
+            Traversal::Bvh => bvh(gpu, &parts, &firsts, &standing)?,
         };
         Ok(Tree {
             way,
-            triangles,
-            facets: upload(gpu, "facets", &facets)?,
-            placements: upload(gpu, "placements", &placements)?,
+            triangles: Texels::new(gpu, "triangles", &triangles)?,
+            coats: upload(gpu, "coats", &coats)?,
+            placements: Texels::new(gpu, "placements", &placements)?,
             materials: upload(gpu, "materials", &materials)?,
+            objects: placements.iter().map(|placement| placement.object).collect(),
         })
     }
 }
 
-/// Where each part begins if they lie one behind the other.
-fn firsts_of(lengths: impl Iterator<Item = usize>) -> Vec<u32> {
-    let mut sum = 0;
-    let first = |length: usize| {
-        let first = sum;
-        sum += length as u32;
-        first
-    };
-    lengths.map(first).collect()
+/// Number of each part's first triangle, as hits give it.
+fn firsts(parts: &[Grown]) -> Vec<u32> {
+    let mut next = 0;
+    let mut firsts = vec![GRID];
+    for part in &parts[SKIRT..] {
+        firsts.push(next);
+        next += part.triangles.len() as u32;
+    }
+    firsts
 }
 
-/// Structures of the device's own, and the placements in their order.
+/// Everything where it stands, but for what has no triangles.
+fn standing(parts: &[Grown], firsts: &[u32], instances: &[Instance]) -> Vec<Standing> {
+    let still = |part: usize| Standing {
+        part,
+        placement: Placement {
+            scale: 1.0,
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            first: firsts[part],
+            ..Placement::default()
+        },
+    };
+    let moved = |(index, instance): (usize, &Instance)| {
+        let part = instance.model as usize + MODELS;
+        parts.get(part).filter(|part| !part.triangles.is_empty())?;
+        let placement = Placement {
+            position: instance.position.to_array(),
+            scale: instance.scale,
+            rotation: instance.rotation.to_array(),
+            root: 0,
+            first: firsts[part],
+            random: instance.random,
+            object: index as u32 + 1,
+        };
+        Some(Standing { part, placement })
+    };
+    let mut standing = vec![still(LAND)];
+    if !parts[SKIRT].triangles.is_empty() {
+        standing.push(still(SKIRT));
+    }
+    standing.par_extend(instances.par_iter().enumerate().filter_map(moved));
+    standing
+}
+
+/// Rows of the land that have a structure of their own: what they are built from is not in memory all at once.
+const STRIP: u32 = 1 << 20;
+
+/// Structures of the device's own, and the placements in their order. The land is in strips.
 fn query(
     gpu: &Gpu,
-    all: &[&Grown],
-    firsts: &[u32],
-    triangles: &Buffer<Triangle>,
-    standing: &[Standing],
+    grid: Grid,
+    heights: &[f32],
+    parts: &[Grown],
+    standing: Vec<Standing>,
 ) -> gpu::Result<(Way, Vec<Placement>)> {
-    // An empty model has no structure, and stands nowhere.
-    let full: Vec<usize> = (0..all.len()).filter(|model| !all[*model].triangles.is_empty()).collect();
-    let range = |model: &usize| firsts[*model]..firsts[*model] + all[*model].triangles.len() as u32;
-    let ranges: Vec<Range<u32>> = full.iter().map(range).collect();
-    let structures = AccelerationStructure::over_triangles(gpu, triangles, &ranges)?;
-    let stance = |standing: &Standing| Stance {
-        structure: full.partition_point(|model| *model < standing.model),
-        transform: transform(&standing.placement),
-    };
-    let stances: Vec<Stance> = standing.iter().map(stance).collect();
+    let (mut structures, mut stances, mut placements) = (Vec::new(), Vec::new(), Vec::new());
+    let last = grid.cells - 1;
+    let rows = (STRIP / (2 * last)).max(1);
+    for top in (0..last).step_by(rows as usize) {
+        let corners = ground::triangles(grid, heights, top..(top + rows).min(last));
+        let corners: Vec<_> = corners.iter().map(|corners| corners.map(|corner| corner.to_array())).collect();
+        let placement = Placement { first: GRID + 2 * top * last, ..standing[LAND].placement };
+        stances.push(Stance { structure: structures.len(), transform: transform(&placement) });
+        structures.push(AccelerationStructure::over_triangles(gpu, &corners)?);
+        placements.push(placement);
+    }
+    let mut structure_of = vec![None; parts.len()];
+    for (part, grown) in parts.iter().enumerate().filter(|(_, grown)| !grown.triangles.is_empty()) {
+        let corners: Vec<_> = grown.triangles.iter().map(|triangle| triangle.corners).collect();
+        structure_of[part] = Some(structures.len());
+        structures.push(AccelerationStructure::over_triangles(gpu, &corners)?);
+    }
+    for Standing { part, placement } in standing {
+        let Some(structure) = structure_of[part] else { continue };
+        stances.push(Stance { structure, transform: transform(&placement) });
+        placements.push(placement);
+    }
     let world = AccelerationStructure::over_instances(gpu, &structures, &stances)?;
-    let placements =
-        standing.iter().map(|it| Placement { first: firsts[it.model], ..it.placement }).collect();
     Ok((Way::Query(world), placements))
 }
 
@@ -131,70 +222,50 @@ fn transform(placement: &Placement) -> [[f32; 4]; 3] {
     [turn.row(0).extend(x), turn.row(1).extend(y), turn.row(2).extend(z)].map(|row| row.to_array())
 }
 
-/// One tree over all and those of the models behind it, and the placements in the order of its leaves.
+/// One tree over all that stands on the land, and those of the parts behind it; the placement of the land, and those of the others in
+/// the order of the tree's leaves.
 fn bvh(
     gpu: &Gpu,
-    all: &[&Grown],
+    parts: &[Grown],
     firsts: &[u32],
     standing: &[Standing],
 ) -> gpu::Result<(Way, Vec<Placement>)> {
-    let boxes: Vec<Aabb> = standing.iter().map(|standing| standing.bounds).collect();
-    let top = build(&boxes);
-    let mut nodes = plain(&top, 0, 0);
-    let mut roots = Vec::new();
-    for (grown, first_leaf) in all.iter().zip(firsts) {
-        let first_node = nodes.len() as u32;
-        roots.push(first_node);
-        nodes.extend(grown.nodes.iter().map(|node| shifted(*node, first_node, *first_leaf)));
+    let bounds = |standing: &Standing| placed(&parts[standing.part].boxes, &standing.placement);
+    let (land, standing) = (standing[LAND], &standing[1..]);
+    let top = build(&standing.par_iter().map(bounds).collect::<Vec<_>>());
+    let mut nodes = top.nodes;
+    // The land's placement comes before them.
+    nodes.iter_mut().for_each(|node| node.primitive_base_idx += 1);
+    if nodes.is_empty() {
+        // Without children.
+        nodes.push(CwBvhNode::default());
     }
-    let placement = |index: &u32| {
-        let Standing { model, placement, .. } = standing[*index as usize];
-        Placement { root: roots[model], first: firsts[model], ..placement }
-    };
-    let placements = top.primitive_indices.iter().map(placement).collect();
-    Ok((Way::Bvh(upload(gpu, "nodes", &nodes)?), placements))
+    let mut roots = Vec::new();
+    for (grown, first_leaf) in parts.iter().zip(firsts) {
+        let first_node = nodes.len() as u32;
+        // What names the land's leaves is where they lie.
+        let first_leaf = if *first_leaf == GRID { 0 } else { *first_leaf };
+        roots.push(first_node);
+        nodes.extend(grown.nodes.iter().map(|node| CwBvhNode {
+            child_base_idx: node.child_base_idx + first_node,
+            primitive_base_idx: node.primitive_base_idx + first_leaf,
+            ..*node
+        }));
+    }
+    let placement = |Standing { part, placement }: Standing| Placement { root: roots[part], ..placement };
+    let others = top.primitive_indices.iter().map(|index| standing[*index as usize]);
+    let placements = std::iter::once(land).chain(others).map(placement).collect();
+    Ok((Way::Bvh(Texels::new(gpu, "nodes", &nodes)?), placements))
 }
 
-/// One of the models, 0 for the land, where it stands.
-#[derive(Clone, Copy)]
-struct Standing {
-    model: usize,
-    placement: Placement,
-    bounds: Aabb,
-}
-
-fn standing(all: &[&Grown], instances: &[Instance]) -> Vec<Standing> {
-    let land = Standing {
-        model: 0,
-        placement: Placement { scale: 1.0, rotation: [0.0, 0.0, 0.0, 1.0], ..Placement::default() },
-        bounds: all[0].bounds,
-    };
-    let others = instances.par_iter().enumerate().filter_map(|(index, instance)| {
-        let model = instance.model as usize + 1;
-        let grown = all.get(model).filter(|grown| !grown.triangles.is_empty())?;
-        let placement = Placement {
-            position: instance.position.to_array(),
-            scale: instance.scale,
-            rotation: instance.rotation.to_array(),
-            random: instance.random,
-            root: 0,
-            first: 0,
-            object: index as u32 + 1,
-        };
-        Some(Standing { model, placement, bounds: placed(&grown.boxes, instance) })
-    });
-    let others: Vec<Standing> = others.collect();
-    std::iter::once(land).chain(others).collect()
-}
-
-/// The box round boxes that an instance has turned.
-fn placed(boxes: &[Aabb], instance: &Instance) -> Aabb {
-    let turn = Mat3A::from_quat(instance.rotation) * instance.scale;
+/// The box round boxes that stand somewhere.
+fn placed(boxes: &[Aabb], place: &Placement) -> Aabb {
+    let turn = Mat3A::from_quat(Quat::from_array(place.rotation)) * place.scale;
     // Half the size of a turned box along each axis (Arvo 1990, "Transforming Axis-Aligned Bounding Boxes").
     let reach = Mat3A::from_cols(turn.x_axis.abs(), turn.y_axis.abs(), turn.z_axis.abs());
     let mut all = Aabb::empty();
     for bounds in boxes {
-        let middle = Vec3A::from(instance.position) + turn * ((bounds.min + bounds.max) / 2.0);
+        let middle = Vec3A::from(place.position) + turn * ((bounds.min + bounds.max) / 2.0);
         let half = reach * ((bounds.max - bounds.min) / 2.0);
         all = all.union(&Aabb::new(middle - half, middle + half));
     }
@@ -205,61 +276,54 @@ fn placed(boxes: &[Aabb], instance: &Instance) -> Aabb {
 
 /// The finest level of a model, whose first material is `first` of all.
 fn grown(model: &Model, first: u32, traversal: Traversal) -> Grown {
-    let mut corners = Vec::new();
-    let mut facets = Vec::new();
+    let mut triangles = Vec::new();
+    let mut coats = Vec::new();
     for part in model.levels.first().into_iter().flat_map(|level| &level.parts) {
-        let material = first + part.material as u32;
         for triangle in &part.mesh.triangles {
-            corners.push(triangle.map(|index| Vec3::from(part.mesh.positions[index as usize])));
-            let normals = triangle.map(|index| packed_direction(part.mesh.normals[index as usize].into()));
-            facets.push(Facet { normals, material });
+            triangles.push(Triangle {
+                corners: triangle.map(|index| part.mesh.positions[index as usize]),
+                normals: triangle.map(|index| packed_direction(part.mesh.normals[index as usize].into())),
+            });
+            coats.push(first + part.material as u32);
         }
     }
-    Grown::new(&corners, &facets, traversal)
+    Grown::new(triangles, coats, traversal)
+}
+
+/// A triangle of the land: its shading asks the heights.
+fn bare(corners: [Vec3; 3]) -> Triangle {
+    Triangle { corners: corners.map(|corner| corner.to_array()), normals: [0; 3] }
 }
 
 impl Grown {
-    fn new(corners: &[[Vec3; 3]], facets: &[Facet], traversal: Traversal) -> Grown {
-        let triangle = |corners: &[Vec3; 3]| {
-            let [a, b, c] = corners.map(|corner| corner.to_array());
-            Triangle { a, b, c }
-        };
-        if traversal == Traversal::Query {
-            return Grown {
-                nodes: Vec::new(),
-                triangles: corners.iter().map(triangle).collect(),
-                facets: facets.to_vec(),
-                bounds: Aabb::empty(),
-                boxes: Vec::new(),
-            };
+    fn new(triangles: Vec<Triangle>, coats: Vec<u32>, traversal: Traversal) -> Grown {
+        if traversal == Traversal::Query || triangles.is_empty() {
+            return Grown { triangles, coats, ..Grown::default() };
         }
-        let solid =
-            |[a, b, c]: &[Vec3; 3]| triangle::Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() };
-        let solids: Vec<_> = corners.iter().map(solid).collect();
-        let tree = build(&solids);
+        let solid = |triangle: &Triangle| {
+            let [v0, v1, v2] = triangle.corners.map(Vec3A::from);
+            triangle::Triangle { v0, v1, v2 }
+        };
+        let tree = build(&triangles.iter().map(solid).collect::<Vec<_>>());
         let order = || tree.primitive_indices.iter().map(|index| *index as usize);
         Grown {
-            nodes: plain(&tree, 0, 0),
-            triangles: order().map(|index| triangle(&corners[index])).collect(),
-            facets: order().map(|index| facets[index]).collect(),
-            bounds: tree.total_aabb,
+            triangles: order().map(|index| triangles[index]).collect(),
+            coats: order().map(|index| coats[index]).collect(),
             boxes: boxes(&tree),
+            nodes: tree.nodes,
         }
+    }
+}
+
+impl From<Ground> for Grown {
+    fn from(ground: Ground) -> Grown {
+        Grown { nodes: ground.nodes, boxes: vec![ground.bounds], ..Grown::default() }
     }
 }
 
 /// A tree over anything that has a box.
 pub fn build<T: Boundable>(things: &[T]) -> CwBvh {
     build_cwbvh(things, BvhBuildParams::medium_build(), &mut Duration::default())
-}
-
-/// The nodes as shaders have them.
-fn plain(tree: &CwBvh, first_node: u32, first_leaf: u32) -> Vec<Node> {
-    tree.nodes.iter().map(|node| shifted(bytemuck::cast(*node), first_node, first_leaf)).collect()
-}
-
-fn shifted(node: Node, first_node: u32, first_leaf: u32) -> Node {
-    Node { first_child: node.first_child + first_node, first_leaf: node.first_leaf + first_leaf, ..node }
 }
 
 fn boxes(tree: &CwBvh) -> Vec<Aabb> {

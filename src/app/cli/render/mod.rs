@@ -10,6 +10,7 @@ use crate::formats;
 use crate::gpu::Gpu;
 use crate::raster::{self, Quality};
 use crate::scene::{Film, Picture, Scene};
+use crate::terrain::Plan;
 use crate::trace::Traversal;
 use crate::world::{Renderer, World};
 use clap::{Args, ValueHint};
@@ -80,6 +81,11 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let simulation = land::simulate(&gpu, &world, session)?;
     let camera = land::camera(&gpu, &world, &simulation)?;
     let population = population::populate(&gpu, &world, &simulation, &camera, &film, session)?;
+    if renderer == Renderer::Trace {
+        let models = crate::trace::memory::population(&population).bytes;
+        let goal = |_: &Plan| Goal::Picture { film, planted: models > 0, models, renderer };
+        memory::check(&world.plan, goal, &Limits::of(&gpu))?;
+    }
     let pinhole = population::seen_from(&gpu, &simulation, &camera, &film)?;
     let scene = land::scene(&world, simulation.land()?, camera, population);
     drop(simulation);
