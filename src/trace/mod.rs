@@ -85,16 +85,28 @@ impl Tracer {
     /// # Errors
     /// What the device lacks or has no memory for.
     pub fn with(gpu: &Gpu, traversal: Traversal) -> gpu::Result<Self> {
+        Tracer::make(gpu, traversal, false)
+    }
+
+    /// With random numbers that know nothing of each other, to measure what the low-discrepancy sequence is worth.
+    ///
+    /// # Errors
+    /// What the device lacks or has no memory for.
+    pub fn independent(gpu: &Gpu) -> gpu::Result<Self> {
+        Tracer::make(gpu, Traversal::best(gpu), true)
+    }
+
+    fn make(gpu: &Gpu, traversal: Traversal, independent: bool) -> gpu::Result<Self> {
         Ok(Tracer {
             gpu: gpu.clone(),
             openness: Compute::new(gpu, ())?,
             surf: Compute::new(gpu, ())?,
-            generate: Compute::new(gpu, ())?,
+            generate: Compute::new(gpu, generate::Constants { independent })?,
             rays: Programs::new(gpu, traversal)?,
-            escape: Compute::new(gpu, ())?,
-            land: Compute::new(gpu, ())?,
-            model: Compute::new(gpu, ())?,
-            sea: Compute::new(gpu, ())?,
+            escape: Compute::new(gpu, escape::Constants { independent })?,
+            land: Compute::new(gpu, land::Constants { independent })?,
+            model: Compute::new(gpu, model::Constants { independent })?,
+            sea: Compute::new(gpu, sea::Constants { independent })?,
             add: Compute::new(gpu, ())?,
         })
     }
