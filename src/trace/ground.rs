@@ -25,6 +25,7 @@ fn fan(level: usize) -> [u32; 2] {
 /// The wide tree over the land; its first node is the root.
 pub struct Ground {
     pub nodes: Vec<CwBvhNode>,
+    pub bounds: Aabb,
 }
 
 /// Lowest and highest of the land in the boxes of one level, row by row.
@@ -75,7 +76,8 @@ impl Ground {
             nodes.par_extend(at.par_iter().zip(&placed).zip(&firsts).map(node));
             at = placed.into_iter().flatten().flatten().collect();
         }
-        Ground { nodes }
+        let root = levels.last().map(|level| bounds(grid, level, [0, 0]));
+        Ground { nodes, bounds: root.unwrap_or_else(Aabb::empty) }
     }
 }
 

@@ -33,8 +33,8 @@ pub fn population(population: &Population) -> Memory {
 /// A triangle with its normals and material, and its share of nodes of 80 bytes: measured trees have one for 4 to 7 triangles.
 const TRIANGLE: u64 = 48 + 4 + 80 / 4;
 
-/// A placement and its share of nodes, and as much again: the largest are in several pieces.
-const INSTANCE: u64 = 2 * (48 + 80 / 4);
+/// A placement and its share of nodes.
+const INSTANCE: u64 = 48 + 80 / 4;
 
 /// What it needs of the host: sums of all pixels and their planes in a file; the land's heights and its tree.
 pub fn host(grid: Grid, film: &Film) -> Vec<Memory> {

@@ -64,6 +64,8 @@ struct Grown {
     /// In the order of the tree's leaves.
     triangles: Vec<Triangle>,
     coats: Vec<u32>,
+    /// Boxes that hold all of it, closely: those of the root's children.
+    boxes: Vec<Aabb>,
 }
 
 /// One of the things that stand in the scene.
@@ -228,8 +230,9 @@ fn bvh(
     firsts: &[u32],
     standing: &[Standing],
 ) -> gpu::Result<(Way, Vec<Placement>)> {
-    let leaves = opened(parts, &standing[1..]);
-    let top = build(&leaves.iter().map(|leaf| leaf.bounds).collect::<Vec<_>>());
+    let bounds = |standing: &Standing| placed(&parts[standing.part].boxes, &standing.placement);
+    let (land, standing) = (standing[LAND], &standing[1..]);
+    let top = build(&standing.par_iter().map(bounds).collect::<Vec<_>>());
     let mut nodes = top.nodes;
     // The land's placement comes before them.
     nodes.iter_mut().for_each(|node| node.primitive_base_idx += 1);
@@ -249,61 +252,10 @@ fn bvh(
             ..*node
         }));
     }
-    let placement = |Leaf { standing: Standing { part, placement }, node, .. }: Leaf| Placement {
-        root: roots[part] + node,
-        ..placement
-    };
-    let land = Leaf { standing: standing[LAND], node: 0, bounds: Aabb::empty() };
-    let others = top.primitive_indices.iter().map(|index| leaves[*index as usize]);
+    let placement = |Standing { part, placement }: Standing| Placement { root: roots[part], ..placement };
+    let others = top.primitive_indices.iter().map(|index| standing[*index as usize]);
     let placements = std::iter::once(land).chain(others).map(placement).collect();
     Ok((Way::Bvh(Texels::new(gpu, "nodes", &nodes)?), placements))
-}
-
-/// What the tree over the scene is made of: a subtree of something that stands there.
-#[derive(Clone, Copy)]
-struct Leaf {
-    standing: Standing,
-    /// Root of the subtree, among the nodes of its part.
-    node: u32,
-    bounds: Aabb,
-}
-
-/// Leaves that are opened, at most, for each thing that stands in the scene, and in any scene.
-const OPENED: [usize; 2] = [1, 1 << 14];
-
-/// Everything that stands in the scene; of the largest, their subtrees, whose boxes overlap less (Benthin et al. 2017, "Improved
-/// Two-Level BVHs using Partial Re-Braiding").
-fn opened(parts: &[Grown], standing: &[Standing]) -> Vec<Leaf> {
-    let whole = |standing: &Standing| Leaf::new(parts, *standing, 0);
-    let mut leaves: Vec<Leaf> = standing.par_iter().map(whole).collect();
-    let most = leaves.len() + (leaves.len() * OPENED[0]).max(OPENED[1]);
-    // Twice, so that the largest of the subtrees are opened again.
-    for _ in 0..2 {
-        leaves.par_sort_by(|a, b| b.bounds.half_area().total_cmp(&a.bounds.half_area()));
-        let room = most.saturating_sub(leaves.len()) / 7;
-        let rest = leaves.split_off(room.min(leaves.len()));
-        leaves = leaves.par_iter().flat_map_iter(|leaf| leaf.children(parts)).collect();
-        leaves.extend(rest);
-    }
-    leaves
-}
-
-impl Leaf {
-    fn new(parts: &[Grown], standing: Standing, node: u32) -> Leaf {
-        let boxes = boxes(&parts[standing.part].nodes[node as usize]);
-        Leaf { standing, node, bounds: placed(&boxes, &standing.placement) }
-    }
-
-    /// Those of its root; itself if triangles are among them.
-    fn children(&self, parts: &[Grown]) -> Vec<Leaf> {
-        let node = &parts[self.standing.part].nodes[self.node as usize];
-        let full = |child: &usize| !node.is_child_empty(*child);
-        if (0..8).filter(full).any(|child| node.imask & 1 << child == 0) {
-            return vec![*self];
-        }
-        let children = node.child_base_idx..node.child_base_idx + node.imask.count_ones();
-        children.map(|child| Leaf::new(parts, self.standing, child)).collect()
-    }
 }
 
 /// The box round boxes that stand somewhere.
@@ -357,6 +309,7 @@ impl Grown {
         Grown {
             triangles: order().map(|index| triangles[index]).collect(),
             coats: order().map(|index| coats[index]).collect(),
+            boxes: boxes(&tree),
             nodes: tree.nodes,
         }
     }
@@ -364,7 +317,7 @@ impl Grown {
 
 impl From<Ground> for Grown {
     fn from(ground: Ground) -> Grown {
-        Grown { nodes: ground.nodes, ..Grown::default() }
+        Grown { nodes: ground.nodes, boxes: vec![ground.bounds], ..Grown::default() }
     }
 }
 
@@ -373,7 +326,7 @@ pub fn build<T: Boundable>(things: &[T]) -> CwBvh {
     build_cwbvh(things, BvhBuildParams::medium_build(), &mut Duration::default())
 }
 
-/// Of a node's children.
-fn boxes(node: &CwBvhNode) -> Vec<Aabb> {
-    (0..8).filter(|child| !node.is_child_empty(*child)).map(|child| node.child_aabb(child)).collect()
+fn boxes(tree: &CwBvh) -> Vec<Aabb> {
+    let Some(root) = tree.nodes.first() else { return Vec::new() };
+    (0..8).filter(|child| !root.is_child_empty(*child)).map(|child| root.child_aabb(child)).collect()
 }
