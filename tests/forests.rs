@@ -52,7 +52,7 @@ fn the_small_forest_looks_as_it_should() {
     let folder = tempfile::tempdir().unwrap();
     let world = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/forest/tiny.toml");
     let render = |name: &str| {
-        good(&terrane(&["render", world, "--no-cache", "-o", name], folder.path()));
+        good(&terrane(&["render", world, "--renderer", "raster", "--no-cache", "-o", name], folder.path()));
         fs::read(folder.path().join(name)).unwrap()
     };
     let (first, second) = (render("one.png"), render("two.png"));
@@ -76,6 +76,7 @@ fn the_small_forest_looks_as_it_should() {
     let mut shifted = found.clone();
     shifted.rotate_left(3);
     assert!(flip(&golden, &shifted) > THRESHOLD, "a shifted picture passes");
-    good(&terrane(&["render", world, "--no-cache", "-o", "other.png", "--seed", "6"], folder.path()));
+    let other = ["render", world, "--renderer", "raster", "--no-cache", "-o", "other.png", "--seed", "6"];
+    good(&terrane(&other, folder.path()));
     assert!(flip(&golden, &read(&folder.path().join("other.png"))) > THRESHOLD, "another forest passes");
 }

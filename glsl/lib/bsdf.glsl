@@ -2,6 +2,7 @@
 #ifndef BSDF_GLSL
 #define BSDF_GLSL
 
+#include "lib/pi.glsl"
 #include "lib/schlick.glsl"
 
 // In the frame of its normal, which is on the side of the eye.

@@ -2,6 +2,7 @@
 #ifndef FRAME_GLSL
 #define FRAME_GLSL
 
+#include "lib/pi.glsl"
 #include "lib/tint.glsl"
 
 const uint SKY_NONE = 0;
@@ -72,8 +73,6 @@ layout(binding = 0, scalar) uniform Frame {
     Tint low;                // ground
     Tint high;               // rock
 } frame;
-
-const float PI = 3.14159265358979;
 
 // Unit vector through the point `at` of the picture, in samples from its upper left corner.
 vec3 camera_ray(vec2 at) {

@@ -33,6 +33,9 @@ pub enum Error {
     File(#[from] formats::Error),
     #[error("{0}")]
     Bench(String),
+    /// Two pictures are not the same.
+    #[error("{0}")]
+    Differs(String),
     /// Vulkan was used wrongly.
     #[error("the Vulkan validation layer complains:\n{}", .0.join("\n"))]
     Validation(Vec<String>),
@@ -60,6 +63,7 @@ pub const EXIT_CODES: &[(u8, &str)] = &[
     (5, "the device was lost"),
     (6, "not enough memory"),
     (7, "a file can't be read or written"),
+    (9, "`compare` found a difference"),
     (130, "interrupted; files that had been written are whole"),
 ];
 
@@ -79,6 +83,7 @@ impl Error {
             },
             Error::File(_) | Error::Cache(_) => 7,
             Error::Bench(_) | Error::Validation(_) => 1,
+            Error::Differs(_) => 9,
             Error::Interrupted { .. } => 130,
         }
     }

@@ -44,6 +44,7 @@ pub enum Details {
     Devices(serde_json::Value),
     Cache(serde_json::Value),
     Plant(serde_json::Value),
+    Comparison(serde_json::Value),
     /// `rows` and what they were measured on.
     #[serde(untagged)]
     Bench(Bench),

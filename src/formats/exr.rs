@@ -109,15 +109,51 @@ pub fn write_channels(
 /// # Errors
 /// When the file can't be read, is damaged, too large, has no such channel or holds numbers that aren't finite.
 pub fn read_channel(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
-    let corrupt = |error: exr::error::Error| match error {
-        exr::error::Error::Io(source) => Error::Read { path: path.into(), source },
-        error => Error::Corrupt { path: path.into(), format: "EXR", reason: error.to_string() },
-    };
     let unsuitable = |reason: String| Error::Unsuitable { path: path.into(), reason };
+    let reader = open_checked(path)?;
+    let header = &reader.headers()[0];
+    let channel = map_channel(header).map_err(unsuitable)?;
+    let size = header.layer_size;
+    let values = decode(path, reader, &[channel])?.pop().unwrap_or_default();
+    if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+        let (column, row) = (index % size.width(), index / size.width());
+        return Err(unsuitable(format!("its value in column {column}, row {row} is missing or not finite")));
+    }
+    Ok((size.width() as u32, size.height() as u32, values))
+}
 
+/// Width and height of a picture, and the names of its channels.
+///
+/// # Errors
+/// When the file can't be read, is damaged, too large, or has several parts.
+pub fn channels(path: &Path) -> Result<([u32; 2], Vec<String>), Error> {
+    let reader = open_checked(path)?;
+    let header = one_part(path, &reader)?;
+    let size = [header.layer_size.width() as u32, header.layer_size.height() as u32];
+    Ok((size, header.channels.list.iter().map(|channel| channel.name.to_string()).collect()))
+}
+
+/// Values of the channels of these names, row by row from the top; not a number where the file holds none.
+///
+/// # Errors
+/// When the file can't be read, is damaged, too large, has several parts or no such channel.
+pub fn read_channels(path: &Path, names: &[String]) -> Result<Vec<Vec<f32>>, Error> {
+    let reader = open_checked(path)?;
+    let list = &one_part(path, &reader)?.channels.list;
+    let index = |name: &String| {
+        let missing = || Error::NoPicture { path: path.into(), reason: format!("it has no channel {name}") };
+        list.iter().position(|channel| channel.name.eq(name.as_str())).ok_or_else(missing)
+    };
+    let channels = names.iter().map(index).collect::<Result<Vec<usize>, Error>>()?;
+    decode(path, reader, &channels)
+}
+
+type Blocky = block::reader::Reader<BufReader<std::fs::File>>;
+
+/// Opens a file whose sizes can be believed: a forged header may ask for any amount of memory.
+fn open_checked(path: &Path) -> Result<Blocky, Error> {
     let (file, file_bytes) = open(path)?;
-    let reader = block::read(BufReader::new(file), false).map_err(corrupt)?;
-    // A forged header may ask for any amount of memory: nothing is decoded before its sizes are checked.
+    let reader = block::read(BufReader::new(file), false).map_err(|error| corrupt(path, error))?;
     for header in reader.headers() {
         let size = header.layer_size;
         let pixel_bytes = header.channels.bytes_per_pixel as u64;
@@ -128,42 +164,61 @@ pub fn read_channel(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
             reason,
         })?;
     }
+    Ok(reader)
+}
 
+fn one_part<'a>(path: &Path, reader: &'a Blocky) -> Result<&'a Header, Error> {
+    let no_picture = |reason: &str| Error::NoPicture { path: path.into(), reason: reason.into() };
+    let [header] = reader.headers() else {
+        return Err(no_picture("it has several parts; save each as a file"));
+    };
+    if header.channels.list.iter().any(|channel| channel.sampling != Vec2(1, 1)) {
+        return Err(no_picture("its channels are subsampled; save it with every channel at full size"));
+    }
+    Ok(header)
+}
+
+/// Values of these channels of the first part, not a number where no block has arrived.
+fn decode(path: &Path, reader: Blocky, wanted: &[usize]) -> Result<Vec<Vec<f32>>, Error> {
     let header = &reader.headers()[0];
     let size = header.layer_size;
-    let channel = map_channel(header).map_err(unsuitable)?;
-    let sample_type = header.channels.list[channel].sample_type;
     let channels = header.channels.clone();
-
-    // Not a number where no block has arrived.
-    let mut values = collect(path, [size.width() as u64, size.height() as u64])?;
-    values.resize(size.area(), f32::NAN);
+    let mut planes = Vec::new();
+    for _ in wanted {
+        let mut values = collect(path, [size.width() as u64, size.height() as u64])?;
+        values.resize(size.area(), f32::NAN);
+        planes.push(values);
+    }
+    let place_line = |planes: &mut [Vec<f32>], block: &UncompressedBlock| {
+        for line in block.lines(&channels) {
+            let place = line.location;
+            let plane = wanted.iter().position(|&channel| channel == place.channel);
+            let (Some(plane), 0, Vec2(0, 0)) = (plane, block.index.layer, place.level) else { continue };
+            let start = place.position.y() * size.width() + place.position.x();
+            let Some(row) = planes[plane].get_mut(start..start + place.sample_count) else {
+                return Err(exr::error::Error::Invalid("a block lies outside the image".into()));
+            };
+            let sample_type = channels.list[place.channel].sample_type;
+            for (index, value) in row.iter_mut().enumerate() {
+                *value = sample(line.value, sample_type, index);
+            }
+        }
+        Ok(())
+    };
     reader
         .all_chunks(false)
-        .map_err(corrupt)?
-        .decompress_sequential(false, |_, block: UncompressedBlock| {
-            for line in block.lines(&channels) {
-                let place = line.location;
-                if block.index.layer != 0 || place.level != Vec2(0, 0) || place.channel != channel {
-                    continue;
-                }
-                let start = place.position.y() * size.width() + place.position.x();
-                let Some(row) = values.get_mut(start..start + place.sample_count) else {
-                    return Err(exr::error::Error::Invalid("a block lies outside the image".into()));
-                };
-                for (index, value) in row.iter_mut().enumerate() {
-                    *value = sample(line.value, sample_type, index);
-                }
-            }
-            Ok(())
+        .and_then(|chunks| {
+            chunks.decompress_sequential(false, |_, block: UncompressedBlock| place_line(&mut planes, &block))
         })
-        .map_err(corrupt)?;
+        .map_err(|error| corrupt(path, error))?;
+    Ok(planes)
+}
 
-    if let Some(index) = values.iter().position(|value| !value.is_finite()) {
-        let (column, row) = (index % size.width(), index / size.width());
-        return Err(unsuitable(format!("its value in column {column}, row {row} is missing or not finite")));
+fn corrupt(path: &Path, error: exr::error::Error) -> Error {
+    match error {
+        exr::error::Error::Io(source) => Error::Read { path: path.into(), source },
+        error => Error::Corrupt { path: path.into(), format: "EXR", reason: error.to_string() },
     }
-    Ok((size.width() as u32, size.height() as u32, values))
 }
 
 /// Primaries and white point of ITU-R BT.709 with D65.

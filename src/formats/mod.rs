@@ -4,6 +4,7 @@
 pub mod exr;
 pub mod file;
 pub mod gltf;
+pub mod layers;
 pub mod model;
 pub mod obj;
 pub mod ply;
@@ -53,6 +54,9 @@ pub enum Error {
 
     #[error("{} can't be used as a map: {reason}", path.display())]
     Unsuitable { path: PathBuf, reason: String },
+
+    #[error("{} can't be read as a picture: {reason}", path.display())]
+    NoPicture { path: PathBuf, reason: String },
 
     #[error("{} can't be used as a model: {reason}", path.display())]
     NoModel { path: PathBuf, reason: String },

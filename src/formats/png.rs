@@ -95,12 +95,7 @@ pub fn write_integers(path: &Path, window: Window, depth: Depth, range: [f32; 2]
 /// # Errors
 /// When the file can't be read, is damaged, too large, or isn't grey.
 pub fn read_grey(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
-    let corrupt = |error: png::DecodingError| match error {
-        png::DecodingError::IoError(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
-            Error::Read { path: path.into(), source }
-        }
-        error => Error::Corrupt { path: path.into(), format: "PNG", reason: error.to_string() },
-    };
+    let corrupt = |error| corrupt(path, error);
     let (file, file_bytes) = open(path)?;
     // Text and colour profiles may take little; the rows are counted below.
     let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes: 1 << 20 });
@@ -140,6 +135,86 @@ pub fn read_grey(path: &Path) -> Result<(u32, u32, Vec<f32>), Error> {
         }
     }
     Ok((width, height, values))
+}
+
+/// Width and height of a picture, and the names of its channels: Y, or R, G and B, and A if it has one.
+///
+/// # Errors
+/// When the file can't be read, is damaged or too large.
+pub fn channels(path: &Path) -> Result<([u32; 2], Vec<String>), Error> {
+    let reader = open_picture(path)?;
+    let info = reader.info();
+    let names = names(reader.output_color_type().0).iter().map(|name| name.to_string());
+    Ok(([info.width, info.height], names.collect()))
+}
+
+/// Values of the channels of these names as shares of the largest integer, row by row from the top.
+///
+/// # Errors
+/// When the file can't be read, is damaged, too large, or has no such channel.
+pub fn read_channels(path: &Path, wanted: &[String]) -> Result<Vec<Vec<f32>>, Error> {
+    let mut reader = open_picture(path)?;
+    let (color, depth) = reader.output_color_type();
+    let names = names(color);
+    let place = |name: &String| {
+        let missing = || Error::NoPicture { path: path.into(), reason: format!("it has no channel {name}") };
+        names.iter().position(|known| known == name).ok_or_else(missing)
+    };
+    let places = wanted.iter().map(place).collect::<Result<Vec<usize>, Error>>()?;
+    let size = [reader.info().width.into(), reader.info().height.into()];
+    let mut planes = places.iter().map(|_| collect(path, size)).collect::<Result<Vec<_>, _>>()?;
+    while let Some(row) = reader.next_row().map_err(|error| corrupt(path, error))? {
+        for (plane, &place) in planes.iter_mut().zip(&places) {
+            let bytes = row.data();
+            match depth {
+                BitDepth::Sixteen => {
+                    let samples = bytes.as_chunks::<2>().0.iter().skip(place).step_by(names.len());
+                    plane.extend(
+                        samples.map(|&pair| f32::from(u16::from_be_bytes(pair)) / f32::from(u16::MAX)),
+                    );
+                }
+                _ => {
+                    let samples = bytes.iter().skip(place).step_by(names.len());
+                    plane.extend(samples.map(|&byte| f32::from(byte) / f32::from(u8::MAX)));
+                }
+            }
+        }
+    }
+    Ok(planes)
+}
+
+/// A picture of any kind, unpacked to 8 or 16 bits a sample.
+fn open_picture(path: &Path) -> Result<png::Reader<BufReader<std::fs::File>>, Error> {
+    let (file, file_bytes) = open(path)?;
+    let mut decoder = Decoder::new_with_limits(BufReader::new(file), Limits { bytes: 1 << 20 });
+    decoder.set_transformations(Transformations::EXPAND);
+    let info = decoder.read_header_info().map_err(|error| corrupt(path, error))?;
+    let (width, height, interlaced) = (info.width, info.height, info.interlaced);
+    check_size(path, "PNG", [width.into(), height.into()], 1, file_bytes)?;
+    decoder.set_limits(Limits { bytes: (1 << 20) + 32 * width as usize });
+    if interlaced {
+        let reason = "it is interlaced; save it without".into();
+        return Err(Error::NoPicture { path: path.into(), reason });
+    }
+    decoder.read_info().map_err(|error| corrupt(path, error))
+}
+
+fn names(color: ColorType) -> &'static [&'static str] {
+    match color {
+        ColorType::Grayscale => &["Y"],
+        ColorType::GrayscaleAlpha => &["Y", "A"],
+        ColorType::Rgba => &["R", "G", "B", "A"],
+        ColorType::Rgb | ColorType::Indexed => &["R", "G", "B"],
+    }
+}
+
+fn corrupt(path: &Path, error: png::DecodingError) -> Error {
+    match error {
+        png::DecodingError::IoError(source) if source.kind() != io::ErrorKind::UnexpectedEof => {
+            Error::Read { path: path.into(), source }
+        }
+        error => Error::Corrupt { path: path.into(), format: "PNG", reason: error.to_string() },
+    }
 }
 
 /// The mean colour of a PNG in sRGB, linear Rec.709, each pixel as much as it covers; `None` if it can't be read, or has more

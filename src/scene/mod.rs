@@ -1,5 +1,6 @@
 //! What makers hand to renderers: plain values in metres, radians and cd/m².
 
+pub mod difference;
 pub mod dome;
 mod frame;
 mod material;

@@ -739,7 +739,7 @@ section! {
         /// Samples a pixel, when it is traced.
         spp: u32 = whole(64, 1..=1 << 24),
         /// Most scatterings that light takes on its way to the eye, when it is traced. With 0 only lights are seen.
-        bounces: u32 = whole(8, 0..=256),
+        bounces: u32 = whole(8, 0..=1000),
         /// Materials have the mean of their colours and nothing else, neither noise nor relief nor gloss, when the picture is
         /// traced: for comparisons with other renderers.
         constant_materials: bool = switch(false),

@@ -3,6 +3,7 @@
 mod bench;
 mod cache;
 mod check;
+mod compare;
 mod completions;
 mod convert;
 mod devices;
@@ -36,6 +37,7 @@ enum Verb {
     Export(export::Arguments),
     Plant(plant::Arguments),
     Check(check::Arguments),
+    Compare(compare::Arguments),
     Convert(convert::Arguments),
     Devices(devices::Arguments),
     Bench(bench::Arguments),
@@ -52,6 +54,7 @@ impl Cli {
             Verb::Export(arguments) => export::run(arguments, session),
             Verb::Plant(arguments) => plant::run(arguments, session),
             Verb::Check(arguments) => check::run(arguments, session),
+            Verb::Compare(arguments) => compare::run(arguments, session),
             Verb::Convert(arguments) => convert::run(arguments, session),
             Verb::Devices(arguments) => devices::run(arguments, session),
             Verb::Bench(arguments) => bench::run(arguments, session),
@@ -69,6 +72,7 @@ impl Cli {
             Verb::Export(_) => "export",
             Verb::Plant(_) => "plant",
             Verb::Check(_) => "check",
+            Verb::Compare(_) => "compare",
             Verb::Convert(_) => "convert",
             Verb::Devices(_) => "devices",
             Verb::Bench(_) => "bench",
@@ -94,6 +98,7 @@ impl Cli {
             Verb::Export(arguments) => Some(&arguments.output),
             Verb::Plant(arguments) => Some(&arguments.output),
             Verb::Check(arguments) => Some(&arguments.output),
+            Verb::Compare(arguments) => Some(&arguments.output),
             Verb::Convert(arguments) => Some(&arguments.output),
             Verb::Devices(arguments) => Some(&arguments.output),
             Verb::Bench(arguments) => Some(&arguments.output),

@@ -205,20 +205,23 @@ fn render(settings: &Settings) -> String {
     let (tracer, window, sky) = (&settings.path_tracer, &settings.view_mode, &settings.sky);
     let exposure = sky.sky_luminance_factor * (sky.sun_power / FULL_SUN);
     format!(
-        "# pathTracer.conf: PhotoName {}, Samples {}, MaxRayBounces {}, DebugMode {}.\n\
+        "# pathTracer.conf: PhotoName {}, DebugMode {}.\n\
          # viewMode.conf: Enabled {}, Resolution {}, CameraVelocity {}.\n\
          # sky.conf: the exposure is SkyLuminanceFactor · SunPower / 100000.\n\
          [render]\n\
          size = {}\n\
-         exposure = {exposure}\n",
+         exposure = {exposure}\n\
+         renderer = \"trace\"\n\
+         spp = {}\n\
+         bounces = {}\n",
         tracer.photo_name,
-        tracer.samples,
-        tracer.max_ray_bounces,
         u8::from(tracer.debug_mode),
         u8::from(window.enabled),
         words(window.resolution),
         window.camera_velocity,
-        array(tracer.resolution)
+        array(tracer.resolution),
+        tracer.samples,
+        tracer.max_ray_bounces
     )
 }
 
