@@ -82,7 +82,7 @@ fn program_module(program: &Program, shared: &mut Structs) -> Result<String, Str
         "/// `glsl/{room}/{stem}`
 pub mod {stem} {{
 #[allow(unused_imports)] // One list for every program; each uses its share.
-use crate::gpu::{{format, Access, Bind, Bindable, BindingLayout, Buffer, ComputeInterface, Image, Interface, Layers, RasterInterface, ResourceKind, Specialize, StageKind}};
+use crate::gpu::{{format, AccelerationStructure, Access, Bind, Bindable, BindingLayout, Buffer, ComputeInterface, Image, Interface, Layers, RasterInterface, ResourceKind, Specialize, StageKind, Texels}};
 #[derive(Clone, Copy, Debug)]
 pub enum Shader {{}}
 {push}{constants}{bindings}
@@ -276,6 +276,8 @@ fn resource_type(
             };
             Ok((format!("Buffer<{element}>"), "StorageBuffer"))
         }
+        (DescriptorType::UniformTexelBuffer(), _) => Ok(("Texels".into(), "TexelBuffer")),
+        (DescriptorType::AccelStruct(), _) => Ok(("AccelerationStructure".into(), "AccelerationStructure")),
         (kind, _) => Err(format!("{kind:?} is not bound by this engine")),
     }
 }

@@ -86,7 +86,11 @@ fn a_program_that_fails_costs_no_picture() {
         assert!(!channels(&folder.path().join("a.exr")).contains_key("noisy.R"));
         fs::remove_file(folder.path().join("a.exr")).unwrap();
     }
-    told(&render(&folder, &["-o", "a.exr", "--renderer", "raster", "--denoise=./denoise"]), 2, "--renderer trace");
+    told(
+        &render(&folder, &["-o", "a.exr", "--renderer", "raster", "--denoise=./denoise"]),
+        2,
+        "--renderer trace",
+    );
 }
 
 fn folder() -> TempDir {
@@ -126,5 +130,7 @@ fn told(output: &Output, code: i32, part: &str) {
 fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
     let image = read_all_flat_layers_from_file(path).unwrap();
     let list = &image.layer_data[0].channel_data.list;
-    list.iter().map(|channel| (channel.name.to_string(), channel.sample_data.values_as_f32().collect())).collect()
+    list.iter()
+        .map(|channel| (channel.name.to_string(), channel.sample_data.values_as_f32().collect()))
+        .collect()
 }

@@ -6,6 +6,9 @@
 
 #include "lib/hash.glsl"
 
+// Takes random numbers that know nothing of each other instead: to measure what the sequence is worth.
+layout(constant_id = 0) const bool INDEPENDENT = false;
+
 struct Sampler {
     uint seed;    // of the pixel
     uint index;   // of the sample
@@ -51,15 +54,14 @@ float unit(uint bits) {
 // Two numbers in [0, 1) that belong to this pair of dimensions.
 vec2 sampled(Sampler from, uint pair) {
     uint seed = mix_bits(from.seed + mix_bits(pair));
-#ifdef INDEPENDENT
-    uint first = mix_bits(seed + mix_bits(from.index));
-    return vec2(unit(first), unit(mix_bits(first ^ 0x68bc21ebu)));
-#else
+    if (INDEPENDENT) {
+        uint first = mix_bits(seed + mix_bits(from.index));
+        return vec2(unit(first), unit(mix_bits(first ^ 0x68bc21ebu)));
+    }
     uint index = scrambled(from.index, seed);
     uint second = mix_bits(seed);
     return vec2(unit(scrambled(bitfieldReverse(index), second)),
                 unit(scrambled(bitfieldReverse(pascal(index)), mix_bits(second))));
-#endif
 }
 
 #endif

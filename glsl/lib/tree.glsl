@@ -1,10 +1,10 @@
-// What rays are traced through.
+// What rays are traced through. It lies in texel buffers: a device in software reads these four numbers at a time.
 #ifndef TREE_GLSL
 #define TREE_GLSL
 
 #include "lib/quaternion.glsl"
 
-// Eight children in boxes of a common scale. Laid out by the crate `obvhs`.
+// Eight children in boxes of a common scale, in five texels. Laid out by the crate `obvhs`.
 struct Node {
     vec3 origin;         // least corner of all boxes
     uint exponents;      // of the scale, three bytes; the fourth says which children are nodes
@@ -19,27 +19,22 @@ struct Node {
     uvec2 greatest_z;
 };
 
+// In three texels, and so is a placement; their twins are in `src/trace/tree.rs`.
 struct Triangle {
     vec3 a;
     vec3 b;
     vec3 c;
-};
-
-// What shading needs to know of a triangle.
-struct Facet {
     uint normals[3];     // of its corners: octahedral, two signed normalised 16-bit numbers
-    uint material;       // index into all materials; GROUND for the land
 };
-
-const uint GROUND = 0xffffffffu;
 
 // A model where it stands.
 struct Placement {
     vec3 position;       // of the model's origin
     float scale;
     vec4 rotation;       // unit quaternion
-    uint random;
     uint root;           // node of the model's tree
+    uint first;          // of its triangles
+    uint random;
     uint object;         // 1 + index of the instance; 0 for the land
 };
 

@@ -1,32 +1,13 @@
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
-// Adds the lights that nothing hides.
+// Adds the lights that nothing hides, through our own trees.
 
-#include "lib/path.glsl"
 #include "lib/tree.glsl"
 
-layout(local_size_x = 64) in;
+layout(binding = 0) uniform usamplerBuffer nodes;
+layout(binding = 1) uniform usamplerBuffer triangles;
+layout(binding = 6, r32f) uniform readonly image2D height;
 
-layout(binding = 0, scalar) readonly buffer Nodes { Node nodes[]; };
-layout(binding = 1, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(binding = 2, scalar) readonly buffer Placements { Placement placements[]; };
-layout(binding = 3, scalar) readonly buffer Turns { Turn turns[]; };
-layout(binding = 4, scalar) readonly buffer Looks { Look looks[]; };
-layout(binding = 5, scalar) buffer Paths { Path paths[]; };
-
+#include "lib/connect.glsl"
 #include "lib/bvh.glsl"
-
-layout(push_constant, scalar) uniform Push {
-    uint turn;
-} push;
-
-void main() {
-    uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.turn].looks) return;
-    Look look = looks[slot];
-    Hit hit = trace(look.origin, look.direction, 1e30, true);
-    if (hit.triangle != NOTHING) return;
-    // No path looks twice in one turn, so no other invocation adds to it.
-    paths[look.path].radiance += look.radiance;
-}

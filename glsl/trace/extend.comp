@@ -1,57 +1,13 @@
 #version 460
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
-// Finds what each path meets next, and sorts paths by it.
+// Finds what each path meets next, through our own trees.
 
-#include "lib/path.glsl"
 #include "lib/tree.glsl"
 
-layout(local_size_x = 64) in;
+layout(binding = 0) uniform usamplerBuffer nodes;
+layout(binding = 1) uniform usamplerBuffer triangles;
+layout(binding = 11, r32f) uniform readonly image2D height;
 
-layout(binding = 0, scalar) readonly buffer Nodes { Node nodes[]; };
-layout(binding = 1, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(binding = 2, scalar) readonly buffer Placements { Placement placements[]; };
-layout(binding = 3, scalar) buffer Turns { Turn turns[]; };
-layout(binding = 4, scalar) readonly buffer Queue { uint queue[]; };
-layout(binding = 5, scalar) readonly buffer Paths { Path paths[]; };
-
+#include "lib/extend.glsl"
 #include "lib/bvh.glsl"
-
-layout(binding = 6, scalar) writeonly buffer Hits { Hit hits[]; };
-
-layout(binding = 7, scalar) readonly buffer Facets { Facet facets_[]; };
-layout(binding = 8, scalar) writeonly buffer Escaped { uint escaped[]; };
-layout(binding = 9, scalar) writeonly buffer Land { uint land[]; };
-layout(binding = 10, scalar) writeonly buffer Models { uint models[]; };
-layout(binding = 11, scalar) writeonly buffer Sea { uint sea[]; };
-
-layout(push_constant, scalar) uniform Push {
-    uint turn;
-    float sea_level;
-} push;
-
-// Distance beyond which the sea is not seen, metres.
-const float HORIZON = 1e6;
-
-void main() {
-    uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.turn].paths) return;
-    uint index = queue[slot];
-    Path path = paths[index];
-    // The sea is flat and ends nowhere near. A path starts off it, on its own side.
-    float to_sea = (push.sea_level - path.origin.y) / path.direction.y;
-    bool meets_sea = to_sea > 0.0 && to_sea < HORIZON && (path.medium == WATER) == (path.direction.y > 0.0);
-    Hit hit = trace(path.origin, path.direction, meets_sea ? to_sea : 1e30, false);
-    hits[index] = hit;
-    if (hit.triangle == NOTHING) {
-        if (meets_sea) {
-            sea[atomicAdd(turns[push.turn].sea, 1u)] = index;
-        } else {
-            escaped[atomicAdd(turns[push.turn].escaped, 1u)] = index;
-        }
-    } else if (facets_[hit.triangle].material == GROUND) {
-        land[atomicAdd(turns[push.turn].land, 1u)] = index;
-    } else {
-        models[atomicAdd(turns[push.turn].models, 1u)] = index;
-    }
-}

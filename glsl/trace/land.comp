@@ -10,7 +10,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 9, scalar) readonly buffer Triangles { Triangle triangles[]; };
+layout(binding = 9) uniform usamplerBuffer triangles;
 layout(binding = 10, r32f) uniform readonly image2D height;
 layout(binding = 11, r32f) uniform readonly image2D wetness;
 layout(binding = 12, r32f) uniform readonly image2D reef;
@@ -22,6 +22,8 @@ layout(binding = 14, r32f) uniform readonly image2D water;
 #include "lib/texture.glsl"
 #include "lib/surface.glsl"
 #include "lib/corner.glsl"
+#include "lib/ground.glsl"
+#include "lib/triangles.glsl"
 
 Spot spot_on_land(vec3 point, vec3 outward, float footprint, float choice) {
     Stencil s = stencil(point.xz, frame.cells);
@@ -45,15 +47,22 @@ Spot spot_on_land(vec3 point, vec3 outward, float footprint, float choice) {
 }
 
 // With constant materials.
-Spot spot_on_mesh(Triangle triangle, Hit hit, vec3 point, vec3 outward, vec3 view) {
-    Corner a = corner_at(triangle.a);
-    Corner b = corner_at(triangle.b);
-    Corner c = corner_at(triangle.c);
+Spot spot_on_mesh(mat3 triangle, Hit hit, vec3 point, vec3 outward, vec3 view) {
+    Corner a = corner_at(triangle[0]);
+    Corner b = corner_at(triangle[1]);
+    Corner c = corner_at(triangle[2]);
     vec3 weights = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
     vec3 normal = normalize(mat3(a.normal, b.normal, c.normal) * weights);
     if (dot(normal, view) > 0.0) normal = -normal;
     vec3 albedo = mat3(a.albedo, b.albedo, c.albedo) * weights;
     return Spot(point, outward, normal, Bsdf(albedo, vec3(0.0), 1.0, 1.0), vec3(0.0), albedo, 0u);
+}
+
+// Corners of a triangle of the land's own, or of what the sea covers beyond.
+mat3 corners_of(uint number) {
+    if ((number & GRID) != 0u) return ground_corners(number, Lattice(frame.cell_size, 0.5 * frame.extent));
+    Triangle triangle = triangle_at(number);
+    return mat3(triangle.a, triangle.b, triangle.c);
 }
 
 void main() {
@@ -63,8 +72,8 @@ void main() {
     Path path = paths[index];
     Hit hit = hits[index];
     vec3 point = arrive(index, path, hit);
-    Triangle triangle = triangles[hit.triangle];
-    vec3 outward = normalize(cross(triangle.b - triangle.a, triangle.c - triangle.a));
+    mat3 triangle = corners_of(hit.triangle);
+    vec3 outward = normalize(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]));
     if (dot(outward, path.direction) > 0.0) outward = -outward;
     Spot spot = push.work.plain == 1u ? spot_on_mesh(triangle, hit, point, outward, path.direction)
                                       : spot_on_land(point, outward, path.width, random_pair(index, 3u).x);

@@ -12,10 +12,13 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = 9, scalar) readonly buffer Triangles { Triangle triangles[]; };
-layout(binding = 10, scalar) readonly buffer Facets { Facet facets_[]; };
-layout(binding = 11, scalar) readonly buffer Placements { Placement placements[]; };
+layout(binding = 9) uniform usamplerBuffer triangles;
+layout(binding = 10, scalar) readonly buffer Coats { uint coats[]; };   // of triangles: indices into the materials
+layout(binding = 11) uniform usamplerBuffer placements;
 layout(binding = 12, scalar) readonly buffer Materials { Material materials[]; };
+
+#include "lib/placements.glsl"
+#include "lib/triangles.glsl"
 
 Spot spot_on_model(Material material, Placement place, vec3 point, vec3 outward, vec3 normal, vec3 view, float footprint) {
     if (dot(normal, view) > 0.0) normal = -normal;
@@ -38,17 +41,16 @@ void main() {
     Path path = paths[index];
     Hit hit = hits[index];
     arrive(index, path, hit);
-    Placement place = placements[hit.placement];
-    Triangle triangle = triangles[hit.triangle];
-    Facet facet = facets_[hit.triangle];
+    Placement place = placement_at(hit.placement);
+    Triangle triangle = triangle_at(hit.triangle);
     vec3 within = triangle.a + hit.u * (triangle.b - triangle.a) + hit.v * (triangle.c - triangle.a);
     vec3 point = place.position + place.scale * rotate(place.rotation, within);
     vec3 outward = cross(triangle.b - triangle.a, triangle.c - triangle.a);
     outward = normalize(rotate(place.rotation, outward));
     if (dot(outward, path.direction) > 0.0) outward = -outward;
-    vec3 normal = (1.0 - hit.u - hit.v) * unpack_direction(facet.normals[0]) + hit.u * unpack_direction(facet.normals[1])
-                + hit.v * unpack_direction(facet.normals[2]);
+    vec3 normal = (1.0 - hit.u - hit.v) * unpack_direction(triangle.normals[0]) + hit.u * unpack_direction(triangle.normals[1])
+                + hit.v * unpack_direction(triangle.normals[2]);
     normal = normalize(rotate(place.rotation, normal));
-    Spot spot = spot_on_model(materials[facet.material], place, point, outward, normal, path.direction, path.width);
+    Spot spot = spot_on_model(materials[coats[hit.triangle]], place, point, outward, normal, path.direction, path.width);
     turn_at(index, path, spot, hit.range);
 }

@@ -1,23 +1,27 @@
-//! How many rays a second the tracer follows, beside the crate that builds its trees, which follows the same rays through
-//! the same tree with the processor's vector units.
+//! How many rays a second the tracer follows, beside the crate that builds its trees, which follows the same rays with the
+//! processor's vector units through a tree over the same triangles: once as land on its grid, which has a tree of its own, and once
+//! as a model, whose tree is the very same.
 
 use super::clock::{self, Stopwatch};
 use super::{Error, memory};
 use crate::{
     core::camera::Pinhole,
+    core::grid::Grid,
     core::hash::mix,
-    gpu::{DeviceKind, Gpu},
-    scene::{Camera, Population, Scene, View},
+    core::mesh::Mesh,
+    gpu::{DeviceKind, Gpu, Image},
+    scene::{Camera, Ground, Instance, Level, Material, Model, Part, Population, Scene, View},
     terrain::Simulation,
-    trace::{Ray, Settings, Tracer, ground, tree},
+    trace::{Ray, Settings, Tracer, Tracing, ground, tree},
     world::{self, Overrides, World},
 };
-use glam::{Vec3, Vec3A};
+use glam::{Quat, Vec3, Vec3A};
 use obvhs::{cwbvh::CwBvh, ray, triangle::Triangle};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// What was measured, and on what.
@@ -31,6 +35,12 @@ pub struct Rays {
     /// To build the native tree, seconds of work.
     pub build_seconds: f64,
     pub rows: Vec<Row>,
+    /// Of a million triangles of land on its grid, bytes on the device.
+    pub land_bytes: u64,
+    /// Of a million triangles of a model, the same.
+    pub model_bytes: u64,
+    /// Of a million instances, the same.
+    pub instance_bytes: u64,
     /// Most memory that this process has had at once, bytes, where the system tells it.
     pub peak_memory: Option<u64>,
 }
@@ -79,54 +89,144 @@ pub fn rays(gpu: &Gpu, stops: impl Fn() -> bool, mut done: impl FnMut(&Row)) -> 
         let heights = rec.download(&scene.ground.height);
         heights.take(&rec.submit()?.wait()?)
     };
-    let triangles: Vec<Triangle> = ground::mesh(grid, &heights, scene.ground.sea_level)
-        .solid()
-        .map(|[a, b, c]| Triangle { v0: a.into(), v1: b.into(), v2: c.into() })
+    let triangles: Vec<Triangle> = ground::triangles(grid, &heights, 0..grid.cells - 1)
+        .iter()
+        .map(|[a, b, c]| Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() })
         .collect();
     let watch = Stopwatch::start();
     let native = Native::new(&triangles);
     let build_seconds = watch.stop().work.as_secs_f64();
     let tracer = Tracer::new(gpu)?;
-    let tracing = tracer.begin(&scene, &world.film, &camera, Settings::default())?;
-
-    let cores = clock::cores();
     let mut rays = Rays {
         device,
         driver,
-        cores,
+        cores: clock::cores(),
         triangles: triangles.len(),
         build_seconds,
         rows: Vec::new(),
+        land_bytes: 0,
+        model_bytes: 0,
+        instance_bytes: 0,
         peak_memory: None,
     };
     let primary = primary(&camera);
     let diffuse = native.diffuse(&primary);
-    for (name, of) in [("primary", primary), ("diffuse", diffuse)] {
-        let volley = tracing.volley(&of)?;
-        // Programs are compiled when they first run.
-        volley.trace()?;
-        let (mut best, mut native_best) = (Duration::MAX, Duration::MAX);
-        for _ in 0..RUNS {
+    let model = Scene { population: standing(grid, &heights), ground: plain(gpu)?, ..scene.clone() };
+    let names = [["land, primary", "land, diffuse"], ["model, primary", "model, diffuse"]];
+    for (names, scene) in names.iter().zip([&scene, &model]) {
+        let tracing = tracer.begin(scene, &world.film, &camera, Settings::default())?;
+        let bytes = tree_bytes(gpu) as f64 / (triangles.len() as f64 / 1e6);
+        if scene.population.instances.is_empty() {
+            rays.land_bytes = bytes as u64;
+        } else {
+            rays.model_bytes = bytes as u64;
+        }
+        for (name, of) in names.iter().zip([&primary, &diffuse]) {
             if stops() {
                 return Err(Error::Stopped);
             }
-            let watch = Stopwatch::start();
-            let stamped = volley.trace()?;
-            let work = watch.stop().work / cores as u32;
-            let spent = if info.kind == DeviceKind::Cpu { work } else { stamped.unwrap_or(work) };
-            best = best.min(spent);
-            let watch = Stopwatch::start();
-            native.meet(&of);
-            native_best = native_best.min(watch.stop().work / cores as u32);
+            let row = row(gpu, name, &tracing, &native, of)?;
+            done(&row);
+            rays.rows.push(row);
         }
-        let rate = |time: Duration| of.len() as f64 / time.as_secs_f64() / 1e6;
-        let (mrays, native_mrays) = (rate(best), rate(native_best));
-        let row = Row { name, rays: of.len(), mrays, native_mrays, ratio: mrays / native_mrays };
-        done(&row);
-        rays.rows.push(row);
     }
+    rays.instance_bytes = instances(gpu, &tracer, &model, &world, &camera)?;
     rays.peak_memory = memory::peak();
     Ok(rays)
+}
+
+/// Of several runs the fastest counts.
+fn row(
+    gpu: &Gpu,
+    name: &'static str,
+    tracing: &Tracing,
+    native: &Native,
+    rays: &[Ray],
+) -> Result<Row, Error> {
+    let volley = tracing.volley(rays)?;
+    // Programs are compiled when they first run.
+    volley.trace()?;
+    let cores = clock::cores() as u32;
+    let (mut best, mut native_best) = (Duration::MAX, Duration::MAX);
+    for _ in 0..RUNS {
+        let watch = Stopwatch::start();
+        let stamped = volley.trace()?;
+        let work = watch.stop().work / cores;
+        let spent = if gpu.info().kind == DeviceKind::Cpu { work } else { stamped.unwrap_or(work) };
+        best = best.min(spent);
+        let watch = Stopwatch::start();
+        native.meet(rays);
+        native_best = native_best.min(watch.stop().work / cores);
+    }
+    let rate = |time: Duration| rays.len() as f64 / time.as_secs_f64() / 1e6;
+    let (mrays, native_mrays) = (rate(best), rate(native_best));
+    Ok(Row { name, rays: rays.len(), mrays, native_mrays, ratio: mrays / native_mrays })
+}
+
+/// Bytes on the device of what rays go through now.
+fn tree_bytes(gpu: &Gpu) -> u64 {
+    let usage = gpu.memory().by_name;
+    ["nodes", "triangles", "coats", "placements", "acceleration"]
+        .iter()
+        .filter_map(|name| usage.get(*name))
+        .sum()
+}
+
+/// Bytes of a million instances more.
+fn instances(
+    gpu: &Gpu,
+    tracer: &Tracer,
+    model: &Scene,
+    world: &World,
+    camera: &Pinhole,
+) -> Result<u64, Error> {
+    const MANY: u32 = 100_000;
+    let bytes = |count: u32| -> Result<u64, Error> {
+        let mut scene = model.clone();
+        let at = |index: u32| Instance {
+            position: Vec3::new((index % 317) as f32, 0.0, (index / 317) as f32) * 20.0,
+            scale: 0.01,
+            ..model.population.instances[0]
+        };
+        scene.population.instances = (0..count).map(at).collect();
+        let _tracing = tracer.begin(&scene, &world.film, camera, Settings::default())?;
+        Ok(tree_bytes(gpu))
+    };
+    Ok((bytes(MANY)? - bytes(1)?) * 1_000_000 / u64::from(MANY))
+}
+
+/// The land's triangles as a model that stands where it lies.
+fn standing(grid: Grid, heights: &[f32]) -> Population {
+    let at = |index: usize| {
+        let [x, z] = grid.position(index as u32 % grid.cells, index as u32 / grid.cells);
+        [x, heights[index], z]
+    };
+    let last = grid.cells - 1;
+    let cell = |index: u32| {
+        let nw = index / last * grid.cells + index % last;
+        let [ne, sw, se] = [nw + 1, nw + grid.cells, nw + grid.cells + 1];
+        [[nw, sw, ne], [ne, sw, se]]
+    };
+    let mesh = Mesh {
+        positions: (0..grid.samples()).map(at).collect(),
+        normals: vec![[0.0, 1.0, 0.0]; grid.samples()],
+        uvs: Vec::new(),
+        triangles: (0..last * last).flat_map(cell).collect(),
+    };
+    let levels = vec![Level { detail: 0.0, parts: vec![Part { material: 0, mesh }] }];
+    let model = Model { name: "hills".into(), materials: vec![Material::default()], levels };
+    let instance =
+        Instance { model: 0, random: 0, position: Vec3::ZERO, rotation: Quat::IDENTITY, scale: 1.0 };
+    Population { models: vec![Arc::new(model)], instances: [instance].into() }
+}
+
+/// Ground that is hardly any: a metre across.
+fn plain(gpu: &Gpu) -> Result<Ground, Error> {
+    let grid = Grid { cells: 2, extent: 1.0 };
+    let image = |name: &str| Image::new(gpu, name, [grid.cells; 2]);
+    let [height, water, wetness, reef] =
+        [image("height")?, image("water")?, image("wetness")?, image("reef")?];
+    Ok(Ground { grid, height, water, wetness, reef, sea_level: -1e6 })
 }
 
 fn scene(gpu: &Gpu, world: &World) -> Result<Scene, Error> {
@@ -217,7 +317,15 @@ impl Display for Rays {
             "{device}, {driver}; {cores} cores; {triangles} triangles, their tree in {build_seconds:.2} s\n"
         )?;
         writeln!(out, "{HEADING}")?;
-        self.rows.iter().try_for_each(|row| writeln!(out, "{row}"))
+        self.rows.iter().try_for_each(|row| writeln!(out, "{row}"))?;
+        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        writeln!(
+            out,
+            "\nmemory: {:.1} MiB a million triangles of land, {:.1} MiB of a model, {:.1} MiB a million instances",
+            mebibytes(self.land_bytes),
+            mebibytes(self.model_bytes),
+            mebibytes(self.instance_bytes)
+        )
     }
 }
 

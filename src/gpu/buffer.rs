@@ -38,11 +38,15 @@ impl<T: Pod> Buffer<T> {
                 "`{name}` would have {bytes} bytes; a buffer has 1 to {largest} here"
             )));
         }
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        let mut usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
             | vk::BufferUsageFlags::INDEX_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
+        if gpu.shared().acceleration.is_some() {
+            usage |= vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
+                | vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR;
+        }
         let raw = Arc::new(Raw::new(gpu, name, bytes, usage, Location::Device)?);
         let mut rec = Recorder::new(gpu);
         rec.zero(&raw);
@@ -87,6 +91,9 @@ impl<T: Pod> Bindable for Buffer<T> {
     }
 }
 
+/// Of buffers whose addresses are asked for: what builds of acceleration structures want at most (256 for their scratch).
+const ADDRESS_ALIGNMENT: u64 = 256;
+
 impl Raw {
     pub fn new(
         gpu: &Gpu,
@@ -104,7 +111,10 @@ impl Raw {
             Raw { buffer, bytes, gpu: gpu.clone(), name: name.into(), reserved: 0, allocation: None };
         gpu.name(buffer, name);
         // SAFETY: the buffer was just made from this device.
-        let requirements = unsafe { device.get_buffer_memory_requirements(buffer) };
+        let mut requirements = unsafe { device.get_buffer_memory_requirements(buffer) };
+        if usage.contains(vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS) {
+            requirements.alignment = requirements.alignment.max(ADDRESS_ALIGNMENT);
+        }
         let allocate =
             |memory: &mut Memory| memory.allocate(name, requirements, location, vk::ImageTiling::LINEAR);
         let Some(allocation) = gpu.with_memory(allocate) else { return Err(closed()) };
@@ -114,6 +124,13 @@ impl Raw {
         unsafe { device.bind_buffer_memory(buffer, allocation.memory(), allocation.offset()) }
             .map_err(vk_error("vkBindBufferMemory"))?;
         Ok(raw)
+    }
+
+    /// Where shaders and builds of acceleration structures find it. Its usage has `SHADER_DEVICE_ADDRESS`.
+    pub fn address(&self) -> vk::DeviceAddress {
+        let info = vk::BufferDeviceAddressInfo::default().buffer(self.buffer);
+        // SAFETY: the buffer is alive, bound to memory, and was made with the usage.
+        unsafe { self.gpu.shared().device.get_buffer_device_address(&info) }
     }
 
     /// A buffer the CPU writes now and the device reads later.

@@ -5,7 +5,7 @@ use super::{
     memory::{Memory, Usage},
 };
 use crate::core::hash::hexadecimal;
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use std::{
     ffi::{CStr, CString, c_char, c_void},
     fmt,
@@ -75,6 +75,8 @@ pub struct DeviceInfo {
     pub max_image: u32,
     /// Bytes of the largest single allocation.
     pub max_allocation: u64,
+    /// Whether it traces rays by itself (`VK_KHR_ray_query`).
+    pub ray_query: bool,
     /// What terrane needs and the device lacks; empty if it can be used.
     pub missing: Vec<&'static str>,
 }
@@ -97,12 +99,27 @@ pub(super) struct Shared {
     /// Whether the queue can take the time.
     pub timestamps: bool,
     pub pipeline_cache: vk::PipelineCache,
+    /// Of devices that trace rays by themselves.
+    pub acceleration: Option<Acceleration>,
     queue: Mutex<vk::Queue>,
     memory: Mutex<Option<Memory>>,
     physical: vk::PhysicalDevice,
     info: DeviceInfo,
     // Dropped last: the instance outlives everything made from it.
     instance: Instance,
+}
+
+/// What acceleration structures are made with, and their limits.
+pub(super) struct Acceleration {
+    pub functions: khr::acceleration_structure::Device,
+    pub limits: AccelerationLimits,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct AccelerationLimits {
+    pub scratch_alignment: u64,
+    pub most_triangles: u64,
+    pub most_instances: u64,
 }
 
 impl Gpu {
@@ -326,6 +343,7 @@ impl Instance {
                 .unwrap_or(0),
             max_image: properties.limits.max_image_dimension2_d,
             max_allocation: allocation.max_memory_allocation_size,
+            ray_query: missing.is_empty() && self.has_ray_query(physical),
             missing,
         };
         Candidate {
@@ -350,6 +368,7 @@ impl Instance {
             (extended_formats, "storage images of extended formats"),
             (features.features.shader_int64, "64-bit integers in shaders"),
             (v12.scalar_block_layout, "scalar block layout"),
+            (v12.buffer_device_address, "addresses of buffers"),
             (v13.dynamic_rendering, "dynamic rendering"),
             (v13.synchronization2, "synchronization2"),
             (v13.maintenance4, "maintenance4"),
@@ -360,6 +379,42 @@ impl Instance {
         .collect()
     }
 }
+
+impl Instance {
+    /// Whether rays can be traced by compute shaders, through structures that the device builds.
+    fn has_ray_query(&self, physical: vk::PhysicalDevice) -> bool {
+        // SAFETY: the physical device belongs to this instance.
+        let extensions =
+            unsafe { self.raw.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+        let has =
+            |name: &CStr| extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name));
+        if !RAY_QUERY_EXTENSIONS.into_iter().all(has) {
+            return false;
+        }
+        let mut acceleration = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+        let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+        let mut features =
+            vk::PhysicalDeviceFeatures2::default().push_next(&mut acceleration).push_next(&mut query);
+        // SAFETY: as above; the device has the extensions that the structs belong to.
+        unsafe { self.raw.get_physical_device_features2(physical, &mut features) };
+        acceleration.acceleration_structure == vk::TRUE && query.ray_query == vk::TRUE
+    }
+
+    fn acceleration_limits(&self, physical: vk::PhysicalDevice) -> AccelerationLimits {
+        let mut acceleration = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut acceleration);
+        // SAFETY: the physical device belongs to this instance and has the extension of the struct.
+        unsafe { self.raw.get_physical_device_properties2(physical, &mut properties) };
+        AccelerationLimits {
+            scratch_alignment: acceleration.min_acceleration_structure_scratch_offset_alignment.max(1).into(),
+            most_triangles: acceleration.max_primitive_count,
+            most_instances: acceleration.max_instance_count,
+        }
+    }
+}
+
+const RAY_QUERY_EXTENSIONS: [&CStr; 3] =
+    [khr::acceleration_structure::NAME, khr::deferred_host_operations::NAME, khr::ray_query::NAME];
 
 impl Drop for Instance {
     fn drop(&mut self) {
@@ -427,18 +482,27 @@ fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> 
         .tessellation_shader(true)
         .shader_int64(true)
         .shader_storage_image_extended_formats(true);
-    let mut v12 = vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true);
+    let mut v12 =
+        vk::PhysicalDeviceVulkan12Features::default().scalar_block_layout(true).buffer_device_address(true);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
         .dynamic_rendering(true)
         .synchronization2(true)
         // What `discard` is compiled to; every device with 1.3 has it.
         .shader_demote_to_helper_invocation(true)
         .maintenance4(true);
-    let create = vk::DeviceCreateInfo::default()
+    let mut acceleration =
+        vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
+    let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+    let extensions = RAY_QUERY_EXTENSIONS.map(CStr::as_ptr);
+    let mut create = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_features(&features)
         .push_next(&mut v12)
         .push_next(&mut v13);
+    if info.ray_query {
+        create =
+            create.enabled_extension_names(&extensions).push_next(&mut acceleration).push_next(&mut query);
+    }
     // SAFETY: all features were seen to be supported; the structs live until the call returns.
     let device =
         unsafe { instance.raw.create_device(physical, &create, None) }.map_err(vk_error("vkCreateDevice"))?;
@@ -465,8 +529,13 @@ fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> 
             return Err(error.or(cache_error).unwrap_or_else(|| Error::Unsupported("this device".into())));
         }
     };
+    let acceleration = info.ray_query.then(|| Acceleration {
+        functions: khr::acceleration_structure::Device::new(&instance.raw, &device),
+        limits: instance.acceleration_limits(physical),
+    });
     Ok(Gpu(Arc::new(Shared {
         device,
+        acceleration,
         debug,
         limits,
         queue_family,
@@ -576,6 +645,7 @@ mod tests {
             memory: 0,
             max_image: 0,
             max_allocation: 0,
+            ray_query: false,
             missing: missing.to_vec(),
         }
     }

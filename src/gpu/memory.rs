@@ -47,7 +47,7 @@ impl Memory {
             device: device.clone(),
             physical_device,
             debug_settings: Default::default(),
-            buffer_device_address: false,
+            buffer_device_address: true,
             allocation_sizes: AllocationSizes::new(16 * MIB, 16 * MIB)
                 .with_max_device_memblock_size(128 * MIB)
                 .with_max_host_memblock_size(64 * MIB),

@@ -2,6 +2,7 @@
 //!
 //! - [`Gpu`] is a cheap handle to a device; [`Image`], [`Layers`] and [`Buffer`] are named handles whose last drop frees them.
 //! - [`Compute`] and [`Raster`] are pipelines, typed by an [`Interface`] that build.rs writes from the shaders.
+//! - An [`AccelerationStructure`] is what a device that traces rays by itself does so through.
 //! - A [`Recorder`] takes passes and becomes a [`Submission`]; what the passes name lives until it has finished.
 //!
 //! **Barriers.** Every pass waits for all before it: one global memory barrier at each boundary. Our work is chains in
@@ -12,6 +13,7 @@
 //!
 //! **Birth.** Images and buffers are created zeroed, so that no run depends on what memory held before.
 
+mod acceleration;
 mod buffer;
 mod device;
 mod error;
@@ -22,9 +24,11 @@ mod objects;
 mod pipeline;
 mod recorder;
 mod submission;
+mod texels;
 mod transfer;
 
 pub use self::{
+    acceleration::{AccelerationStructure, Stance},
     buffer::Buffer,
     device::{DeviceInfo, DeviceKind, Gpu, MessageLog, Options, devices, free_ram},
     error::{Error, Result},
@@ -36,5 +40,6 @@ pub use self::{
     },
     recorder::{Draw, Draws, IndexedDraw, Load, Recorder, Targets},
     submission::{Download, Finished, Submission, Timing},
+    texels::Texels,
     transfer::Transfer,
 };

@@ -68,11 +68,16 @@ impl Objects {
             }
         }
         // No pool yet, or a full one.
-        let sizes = [
+        let mut sizes = vec![
             vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_IMAGE, descriptor_count: 1024 },
             vk::DescriptorPoolSize { ty: vk::DescriptorType::UNIFORM_BUFFER, descriptor_count: 128 },
             vk::DescriptorPoolSize { ty: vk::DescriptorType::STORAGE_BUFFER, descriptor_count: 256 },
+            vk::DescriptorPoolSize { ty: vk::DescriptorType::UNIFORM_TEXEL_BUFFER, descriptor_count: 256 },
         ];
+        if gpu.shared().acceleration.is_some() {
+            let ty = vk::DescriptorType::ACCELERATION_STRUCTURE_KHR;
+            sizes.push(vk::DescriptorPoolSize { ty, descriptor_count: 128 });
+        }
         let info = vk::DescriptorPoolCreateInfo::default().max_sets(128).pool_sizes(&sizes);
         // SAFETY: the device is alive.
         let pool = unsafe { device.create_descriptor_pool(&info, None) }

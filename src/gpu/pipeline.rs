@@ -61,6 +61,8 @@ pub enum ResourceKind {
     StorageImage,
     UniformBuffer,
     StorageBuffer,
+    TexelBuffer,
+    AccelerationStructure,
 }
 
 /// Values of specialization constants: id and bits.
@@ -104,6 +106,8 @@ pub type Share = Arc<dyn Any + Send + Sync>;
 pub enum Descriptor {
     Image(vk::ImageView),
     Buffer { buffer: vk::Buffer, bytes: u64 },
+    Texels(vk::BufferView),
+    AccelerationStructure(vk::AccelerationStructureKHR),
 }
 
 /// A compute pipeline.
@@ -308,6 +312,11 @@ impl Parts {
                 S::NAME
             )));
         }
+        if gpu.shared().acceleration.is_none()
+            && S::BINDINGS.iter().any(|layout| layout.kind == ResourceKind::AccelerationStructure)
+        {
+            return Err(Error::Unsupported(format!("{}: rays that the device traces itself", S::NAME)));
+        }
         let images = S::BINDINGS.iter().filter(|layout| layout.kind == ResourceKind::StorageImage).count();
         let most = gpu.shared().limits.max_per_stage_descriptor_storage_images;
         if images > most as usize {
@@ -437,6 +446,8 @@ pub(super) fn descriptor_type(kind: ResourceKind) -> vk::DescriptorType {
         ResourceKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
         ResourceKind::UniformBuffer => vk::DescriptorType::UNIFORM_BUFFER,
         ResourceKind::StorageBuffer => vk::DescriptorType::STORAGE_BUFFER,
+        ResourceKind::TexelBuffer => vk::DescriptorType::UNIFORM_TEXEL_BUFFER,
+        ResourceKind::AccelerationStructure => vk::DescriptorType::ACCELERATION_STRUCTURE_KHR,
     }
 }
 

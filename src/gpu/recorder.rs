@@ -347,6 +347,19 @@ impl Recorder {
                     // SAFETY: set and buffer are alive, and no submission uses the set yet.
                     unsafe { self.device().update_descriptor_sets(&[write.buffer_info(&info)], &[]) };
                 }
+                Descriptor::Texels(view) => {
+                    let views = [*view];
+                    // SAFETY: set and view are alive, and no submission uses the set yet.
+                    unsafe { self.device().update_descriptor_sets(&[write.texel_buffer_view(&views)], &[]) };
+                }
+                Descriptor::AccelerationStructure(structure) => {
+                    let structures = [*structure];
+                    let mut info = vk::WriteDescriptorSetAccelerationStructureKHR::default()
+                        .acceleration_structures(&structures);
+                    let write = write.descriptor_count(1).push_next(&mut info);
+                    // SAFETY: set and structure are alive, and no submission uses the set yet.
+                    unsafe { self.device().update_descriptor_sets(&[write], &[]) };
+                }
             }
         }
         for resource in resources {

@@ -124,6 +124,19 @@ impl Recorder {
         self.hold_place(place);
     }
 
+    /// Fills part of a buffer, which has room for it.
+    pub(super) fn write(&mut self, target: &Arc<buffer::Raw>, offset: u64, bytes: &[u8]) {
+        self.pass("upload", |rec| {
+            let staging = Arc::new(buffer::Raw::upload(&rec.gpu, bytes)?);
+            let region = vk::BufferCopy::default().dst_offset(offset).size(bytes.len() as u64);
+            // SAFETY: both buffers are alive, have the usage, and room for the region.
+            unsafe { rec.device().cmd_copy_buffer(rec.command, staging.buffer, target.buffer, &[region]) };
+            rec.hold(staging);
+            Ok(())
+        });
+        self.hold(target.clone());
+    }
+
     /// Copies `source` to where the CPU can read it once the submission has finished.
     pub fn download<T: Transfer>(&mut self, source: &T) -> Download<T::Element> {
         let place = source.place();

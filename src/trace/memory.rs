@@ -2,8 +2,9 @@
 
 use super::film::Block;
 use crate::core::{grid::Grid, memory::Memory};
-use crate::scene::Film;
-use crate::shaders::{Facet, Feature, Hit, Look, Node, Path, Pixel, Triangle};
+use crate::scene::{Film, Model, Population};
+use crate::shaders::{Feature, Hit, Look, Path, Pixel};
+use std::sync::Arc;
 
 /// What [`super::Tracer::begin`] and [`super::Tracing::step`] need on the device beside the ground itself and what stands on it.
 pub fn picture(grid: Grid, film: &Film) -> Vec<Memory> {
@@ -15,19 +16,40 @@ pub fn picture(grid: Grid, film: &Film) -> Vec<Memory> {
         Memory { name: "paths", bytes: pixels * path },
         // And its copy for the host.
         Memory { name: "film", bytes: pixels * 2 * size_of::<Pixel>() as u64 },
-        Memory { name: "land to trace", bytes: 2 * grid.samples() as u64 * TRIANGLE },
+        Memory { name: "land to trace", bytes: ground(grid) },
     ]
 }
 
-/// What it needs of the host: sums of all pixels and their planes in a file; the land's triangles while their tree is built.
+/// What stands on the ground, on the device: its finest level is traced, whatever its distance.
+pub fn population(population: &Population) -> Memory {
+    let of = |model: &Arc<Model>| {
+        let parts = model.levels.first().into_iter().flat_map(|level| &level.parts);
+        parts.map(|part| part.mesh.triangles.len() as u64).sum::<u64>()
+    };
+    let triangles: u64 = population.models.iter().map(of).sum();
+    Memory { name: "models", bytes: TRIANGLE * triangles + INSTANCE * population.instances.len() as u64 }
+}
+
+/// A triangle with its normals and material, and its share of nodes of 80 bytes: measured trees have one for 4 to 7 triangles.
+const TRIANGLE: u64 = 48 + 4 + 80 / 4;
+
+/// A placement and its share of nodes.
+const INSTANCE: u64 = 48 + 80 / 4;
+
+/// What it needs of the host: sums of all pixels and their planes in a file; the land's heights and its tree.
 pub fn host(grid: Grid, film: &Film) -> Vec<Memory> {
     let pixels = u64::from(film.width) * u64::from(film.height);
     vec![
         Memory { name: "sums", bytes: pixels * (size_of::<Pixel>() as u64 + 2 * 19 * 4) },
-        // Corners thrice, boxes, and a binary tree of 32 bytes a node.
-        Memory { name: "tree", bytes: 2 * grid.samples() as u64 * (TRIANGLE + 3 * 48 + 32 + 2 * 32) },
+        // The tree twice; of every sample its height, the spread of half a leaf, and what is on its way.
+        Memory { name: "tree", bytes: 2 * ground(grid) + grid.samples() as u64 * (4 + 4 + 4) },
     ]
 }
 
-/// On the device, with its share of nodes: measured trees have a node for 4 to 7 triangles.
-const TRIANGLE: u64 = (size_of::<Triangle>() + size_of::<Facet>() + size_of::<Node>() / 4) as u64;
+/// Of the tree over the land: a node of 80 bytes for 16 cells, and an eighth of that for those above.
+fn ground(grid: Grid) -> u64 {
+    grid.samples() as u64 * 80 * 8 / (16 * 7) + NODES_AT_LEAST
+}
+
+/// Small grids don't fill their nodes.
+const NODES_AT_LEAST: u64 = 64 << 10;

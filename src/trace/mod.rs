@@ -7,10 +7,13 @@
 mod film;
 pub mod ground;
 pub mod memory;
+pub mod mesh;
+mod rays;
 mod sky;
 pub mod tree;
 
 use crate::core::camera::Pinhole;
+use crate::core::grid::Grid;
 use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
 use crate::scene::{self, Film, Scene};
 use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
@@ -22,8 +25,10 @@ use glam::Vec3;
 use std::time::{Duration, Instant};
 
 pub use film::{Crop, Flaws, MOST_SAMPLES, Sums};
+pub use rays::Traversal;
 
 use film::Block;
+use rays::Programs;
 use tree::Tree;
 
 /// Traces scenes. Making one compiles its programs; it can then trace any number of pictures.
@@ -32,12 +37,11 @@ pub struct Tracer {
     openness: Compute<openness::Shader>,
     surf: Compute<surf::Shader>,
     generate: Compute<generate::Shader>,
-    extend: Compute<extend::Shader>,
+    rays: Programs,
     escape: Compute<escape::Shader>,
     land: Compute<land::Shader>,
     model: Compute<model::Shader>,
     sea: Compute<sea::Shader>,
-    connect: Compute<connect::Shader>,
     add: Compute<add::Shader>,
 }
 
@@ -74,20 +78,39 @@ const FINEST_EXPOSURE: u32 = 1024;
 const FEWEST_PATHS: u32 = 2048;
 
 impl Tracer {
+    /// Rays go through what is best for the device.
+    ///
     /// # Errors
     /// What the device lacks or has no memory for.
     pub fn new(gpu: &Gpu) -> gpu::Result<Self> {
+        Tracer::with(gpu, Traversal::best(gpu))
+    }
+
+    /// # Errors
+    /// What the device lacks or has no memory for.
+    pub fn with(gpu: &Gpu, traversal: Traversal) -> gpu::Result<Self> {
+        Tracer::make(gpu, traversal, false)
+    }
+
+    /// With random numbers that know nothing of each other, to measure what the low-discrepancy sequence is worth.
+    ///
+    /// # Errors
+    /// What the device lacks or has no memory for.
+    pub fn independent(gpu: &Gpu) -> gpu::Result<Self> {
+        Tracer::make(gpu, Traversal::best(gpu), true)
+    }
+
+    fn make(gpu: &Gpu, traversal: Traversal, independent: bool) -> gpu::Result<Self> {
         Ok(Tracer {
             gpu: gpu.clone(),
             openness: Compute::new(gpu, ())?,
             surf: Compute::new(gpu, ())?,
-            generate: Compute::new(gpu, ())?,
-            extend: Compute::new(gpu, ())?,
-            escape: Compute::new(gpu, ())?,
-            land: Compute::new(gpu, ())?,
-            model: Compute::new(gpu, ())?,
-            sea: Compute::new(gpu, ())?,
-            connect: Compute::new(gpu, ())?,
+            generate: Compute::new(gpu, generate::Constants { independent })?,
+            rays: Programs::new(gpu, traversal)?,
+            escape: Compute::new(gpu, escape::Constants { independent })?,
+            land: Compute::new(gpu, land::Constants { independent })?,
+            model: Compute::new(gpu, model::Constants { independent })?,
+            sea: Compute::new(gpu, sea::Constants { independent })?,
             add: Compute::new(gpu, ())?,
         })
     }
@@ -107,7 +130,7 @@ impl Tracer {
         let mut rec = Recorder::new(gpu);
         let heights = rec.download(&scene.ground.height);
         let heights = heights.take(&rec.submit()?.wait()?);
-        let tree = Tree::new(gpu, scene, &heights)?;
+        let tree = Tree::new(gpu, scene, &heights, self.rays.traversal())?;
         let sky = &scene.light.sky;
         let dome_size = sky::size(sky).map(|count| count as i32);
         let frame = Frame { dome_size, ..scene::frame(scene, film, 1, camera) };
@@ -352,10 +375,12 @@ impl Tracing<'_> {
     /// The next sample of the next `count` pixels of the piece.
     fn trace(&self, piece: &Piece, count: u32) -> gpu::Result<()> {
         let &Piece { ref block, ref film, ref flaws, index, first } = piece;
-        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, openness, surf, paths, .. } = self;
+        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, openness, surf, paths, .. } =
+            self;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
-        let Tree { nodes, triangles, facets, placements, materials } = tree;
+        let Tree { triangles, coats, placements, materials, .. } = tree;
         let ground = &scene.ground;
+        let (world, lattice) = ((tree, &ground.height), lattice(ground.grid));
         let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);
         let size = [count, 1];
         let (first, count) = (first as i32, count as i32);
@@ -371,29 +396,22 @@ impl Tracing<'_> {
         for turn in 0..=bounces {
             let (queue, next) = (&queues[turn as usize % 2], &queues[(turn as usize + 1) % 2]);
             let work = Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into() };
-            rec.dispatch(
-                &tracer.extend,
-                size,
-                extend::Push { turn, sea_level },
-                extend::Bindings {
-                    nodes,
-                    triangles,
-                    placements,
-                    facets,
-                    turns,
-                    queue,
-                    paths,
-                    hits,
-                    escaped,
-                    land,
-                    models,
-                    sea,
-                },
-            );
+            let push = extend::Push { turn, sea_level, lattice };
+            tracer.rays.extend(&mut rec, size[0], push, world, &self.paths, queue);
             rec.concurrent(|rec| {
                 let queue = escaped;
-                let bindings =
-                    escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome, panorama };
+                let bindings = escape::Bindings {
+                    frame,
+                    paths,
+                    hits,
+                    turns,
+                    queue,
+                    next,
+                    looks,
+                    features,
+                    dome,
+                    panorama,
+                };
                 rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
                 let queue = sea;
                 let height = &ground.height;
@@ -451,19 +469,14 @@ impl Tracing<'_> {
                         dome,
                         panorama,
                         triangles,
-                        facets,
+                        coats,
                         placements,
                         materials,
                     },
                 );
             });
             if turn < bounces {
-                rec.dispatch(
-                    &tracer.connect,
-                    size,
-                    connect::Push { turn },
-                    connect::Bindings { nodes, triangles, placements, turns, looks, paths },
-                );
+                tracer.rays.connect(&mut rec, size[0], connect::Push { turn, lattice }, world, &self.paths);
             }
         }
         rec.dispatch(
@@ -500,31 +513,16 @@ impl Volley<'_> {
     /// # Errors
     /// A lost device.
     pub fn trace(&self) -> gpu::Result<Option<Duration>> {
-        let Tracing { tracer, tree, .. } = self.tracing;
-        let Paths { paths, hits, queues, escaped, land, models, sea, turns, .. } = &self.paths;
-        let Tree { nodes, triangles, facets, placements, .. } = tree;
-        let queue = &queues[0];
+        let Tracing { tracer, scene, tree, .. } = self.tracing;
         let mut rec = Recorder::timed(&tracer.gpu, 2);
-        rec.upload(turns, &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()]);
-        rec.dispatch(
-            &tracer.extend,
-            [self.count, 1],
-            extend::Push { turn: 0, sea_level: f32::MIN },
-            extend::Bindings {
-                nodes,
-                triangles,
-                placements,
-                facets,
-                turns,
-                queue,
-                paths,
-                hits,
-                escaped,
-                land,
-                models,
-                sea,
-            },
+        rec.upload(
+            &self.paths.turns,
+            &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()],
         );
+        let ground = &scene.ground;
+        let push = extend::Push { turn: 0, sea_level: f32::MIN, lattice: lattice(ground.grid) };
+        let world = (tree, &ground.height);
+        tracer.rays.extend(&mut rec, self.count, push, world, &self.paths, &self.paths.queues[0]);
         let finished = rec.submit()?.wait()?;
         Ok(finished.timings.last().map(|timing| timing.duration))
     }
@@ -536,17 +534,20 @@ impl Volley<'_> {
     pub fn meetings(&self) -> gpu::Result<Vec<Option<Meeting>>> {
         let mut rec = Recorder::new(&self.tracing.tracer.gpu);
         let hits = rec.download(&self.paths.hits);
-        let placements = rec.download(&self.tracing.tree.placements);
         let finished = rec.submit()?.wait()?;
-        let placements = placements.take(&finished);
+        let objects = &self.tracing.tree.objects;
         let meeting = |hit: &shaders::Hit| {
             (hit.triangle != NOTHING).then(|| Meeting {
                 range: hit.range,
-                instance: placements[hit.placement as usize].object.checked_sub(1),
+                instance: objects.get(hit.placement as usize).and_then(|object| object.checked_sub(1)),
             })
         };
         Ok(hits.take(&finished).iter().map(meeting).collect())
     }
+}
+
+fn lattice(grid: Grid) -> shaders::Lattice {
+    shaders::Lattice { cell_size: grid.cell_size(), half_extent: grid.extent / 2.0 }
 }
 
 fn upload<T: bytemuck::Pod>(gpu: &Gpu, name: &str, values: &[T]) -> gpu::Result<Buffer<T>> {

@@ -1,136 +1,271 @@
-//! What rays are traced through: a tree over all instances, and one over the triangles of each model.
+//! What rays are traced through: a tree over all instances, and one over the triangles of each model and of the land.
 
-use super::{ground, upload};
+use super::ground::{self, GRID, Ground};
+use super::rays::Traversal;
+use super::upload;
+use crate::core::grid::Grid;
 use crate::core::octahedron::packed_direction;
-use crate::gpu::{self, Buffer, Gpu};
+use crate::gpu::{self, AccelerationStructure, Buffer, Gpu, Stance, Texels};
 use crate::scene::{Instance, Material, Model, Scene};
-use crate::shaders::{self, Facet, Node, Placement, Triangle};
-use glam::{Mat3A, Vec3, Vec3A};
+use crate::shaders;
+use bytemuck::{Pod, Zeroable};
+use glam::{Mat3A, Quat, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
-use obvhs::cwbvh::{CwBvh, builder::build_cwbvh};
+use obvhs::cwbvh::{CwBvh, builder::build_cwbvh, node::CwBvhNode};
 use obvhs::{Boundable, BvhBuildParams, triangle};
 use rayon::prelude::*;
 use std::time::Duration;
 
 /// The scene on the device, as rays need it.
 pub struct Tree {
-    /// First the tree over the placements, whose root is node 0; then those of the land and the models.
-    pub nodes: Buffer<Node>,
-    pub triangles: Buffer<Triangle>,
-    pub facets: Buffer<Facet>,
-    pub placements: Buffer<Placement>,
+    pub way: Way,
+    pub triangles: Texels,
+    /// Of every triangle, the index into all materials.
+    pub coats: Buffer<u32>,
+    pub placements: Texels,
     pub materials: Buffer<shaders::Material>,
+    /// Of every placement, 1 + the index of its instance; 0 for the land.
+    pub objects: Vec<u32>,
 }
 
-/// The twin of `GROUND` in `glsl/lib/tree.glsl`.
-const GROUND: u32 = u32::MAX;
+/// What rays go through to the triangles.
+pub enum Way {
+    /// Over the placements, in their order.
+    Query(AccelerationStructure),
+    /// First the tree over what stands on the land, whose root is node 0; then those of the land and the models.
+    Bvh(Texels),
+}
 
-/// Triangles and their tree.
+/// The twin of `Triangle` in `glsl/lib/tree.glsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+pub struct Triangle {
+    corners: [[f32; 3]; 3],
+    normals: [u32; 3],
+}
+
+/// The twin of `Placement` in `glsl/lib/tree.glsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+pub struct Placement {
+    position: [f32; 3],
+    scale: f32,
+    rotation: [f32; 4],
+    root: u32,
+    first: u32,
+    random: u32,
+    object: u32,
+}
+
+/// Triangles and their tree, if we make one.
+#[derive(Default)]
 struct Grown {
-    nodes: Vec<Node>,
+    nodes: Vec<CwBvhNode>,
     /// In the order of the tree's leaves.
     triangles: Vec<Triangle>,
-    facets: Vec<Facet>,
-    bounds: Aabb,
-    /// Boxes that hold all of it, closer than `bounds`: those of the root's children.
+    coats: Vec<u32>,
+    /// Boxes that hold all of it, closely: those of the root's children.
     boxes: Vec<Aabb>,
 }
+
+/// One of the things that stand in the scene.
+#[derive(Clone, Copy)]
+struct Standing {
+    part: usize,
+    placement: Placement,
+}
+
+/// What stands in a scene: the first part is the land on its grid, the second what the sea covers beyond, and the others are the models.
+const LAND: usize = 0;
+const SKIRT: usize = 1;
+const MODELS: usize = 2;
 
 impl Tree {
     /// # Errors
     /// No memory, or more triangles than the device can bind at once.
-    pub fn new(gpu: &Gpu, scene: &Scene, heights: &[f32]) -> gpu::Result<Tree> {
+    pub fn new(gpu: &Gpu, scene: &Scene, heights: &[f32], traversal: Traversal) -> gpu::Result<Tree> {
         let population = &scene.population;
-        let mut firsts = Vec::new();
+        let mut first_materials = Vec::new();
         let mut materials: Vec<shaders::Material> = Vec::new();
         for model in &population.models {
-            firsts.push(materials.len() as u32);
+            first_materials.push(materials.len() as u32);
             materials.extend(model.materials.iter().map(shaders::Material::from));
         }
         if materials.is_empty() {
             // Nothing has one, but a buffer holds something.
             materials.push((&Material::default()).into());
         }
-        let land = ground::mesh(scene.ground.grid, heights, scene.ground.sea_level);
-        let land: Vec<[Vec3; 3]> = land.solid().collect();
-        let land = || Grown::new(&land, &vec![Facet { normals: [0; 3], material: GROUND }; land.len()]);
+        let grid = scene.ground.grid;
+        let land = || match traversal {
+            Traversal::Bvh => Grown::from(Ground::new(grid, heights)),
+            Traversal::Query => Grown::default(),
+        };
+        let skirt = ground::skirt(grid, heights, scene.ground.sea_level);
+        let skirt =
+            Grown::new(skirt.iter().map(|corners| bare(*corners)).collect(), vec![0; skirt.len()], traversal);
         let models = || -> Vec<Grown> {
-            population.models.par_iter().zip(&firsts).map(|(model, first)| grown(model, *first)).collect()
+            let models = population.models.par_iter().zip(&first_materials);
+            models.map(|(model, first)| grown(model, *first, traversal)).collect()
         };
         let (land, models) = rayon::join(land, models);
 
-        // Where each tree's root will be, behind the tree over all of them.
-        let all: Vec<&Grown> = std::iter::once(&land).chain(&models).collect();
-        let standing = standing(&all, &population.instances);
-        let boxes: Vec<Aabb> = standing.iter().map(|standing| standing.bounds).collect();
-        let top = build(&boxes);
-        let mut nodes = plain(&top, 0, 0);
-        let mut triangles = Vec::new();
-        let mut facets = Vec::new();
-        let mut roots = Vec::new();
-        for grown in all {
-            let (first_node, first_leaf) = (nodes.len() as u32, triangles.len() as u32);
-            roots.push(first_node);
-            nodes.extend(grown.nodes.iter().map(|node| shifted(*node, first_node, first_leaf)));
-            triangles.extend_from_slice(&grown.triangles);
-            facets.extend_from_slice(&grown.facets);
+        let mut parts = vec![land, skirt];
+        parts.extend(models);
+        let mut triangles: Vec<Triangle> = parts.iter().flat_map(|part| &part.triangles).copied().collect();
+        let mut coats: Vec<u32> = parts.iter().flat_map(|part| &part.coats).copied().collect();
+        if triangles.is_empty() {
+            triangles.push(Triangle::default());
+            coats.push(0);
         }
-        let placements: Vec<Placement> = top
-            .primitive_indices
-            .iter()
-            .map(|index| {
-                let Standing { model, placement, .. } = standing[*index as usize];
-                Placement { root: roots[model], ..placement }
-            })
-            .collect();
+        let firsts = firsts(&parts);
+        let standing = standing(&parts, &firsts, &population.instances);
+        let (way, placements) = match traversal {
+            Traversal::Query => query(gpu, grid, heights, &parts, standing)?,
+            Traversal::Bvh => bvh(gpu, &parts, &firsts, &standing)?,
+        };
         Ok(Tree {
-            nodes: upload(gpu, "nodes", &nodes)?,
-            triangles: upload(gpu, "triangles", &triangles)?,
-            facets: upload(gpu, "facets", &facets)?,
-            placements: upload(gpu, "placements", &placements)?,
+            way,
+            triangles: Texels::new(gpu, "triangles", &triangles)?,
+            coats: upload(gpu, "coats", &coats)?,
+            placements: Texels::new(gpu, "placements", &placements)?,
             materials: upload(gpu, "materials", &materials)?,
+            objects: placements.iter().map(|placement| placement.object).collect(),
         })
     }
 }
 
-/// One of the models, 0 for the land, where it stands.
-struct Standing {
-    model: usize,
-    placement: Placement,
-    bounds: Aabb,
+/// Number of each part's first triangle, as hits give it.
+fn firsts(parts: &[Grown]) -> Vec<u32> {
+    let mut next = 0;
+    let mut firsts = vec![GRID];
+    for part in &parts[SKIRT..] {
+        firsts.push(next);
+        next += part.triangles.len() as u32;
+    }
+    firsts
 }
 
-fn standing(all: &[&Grown], instances: &[Instance]) -> Vec<Standing> {
-    let land = Standing {
-        model: 0,
-        placement: Placement { scale: 1.0, rotation: [0.0, 0.0, 0.0, 1.0], ..Placement::default() },
-        bounds: all[0].bounds,
+/// Everything where it stands, but for what has no triangles.
+fn standing(parts: &[Grown], firsts: &[u32], instances: &[Instance]) -> Vec<Standing> {
+    let still = |part: usize| Standing {
+        part,
+        placement: Placement {
+            scale: 1.0,
+            rotation: [0.0, 0.0, 0.0, 1.0],
+            first: firsts[part],
+            ..Placement::default()
+        },
     };
-    let others = instances.par_iter().enumerate().filter_map(|(index, instance)| {
-        let model = instance.model as usize + 1;
-        let grown = all.get(model).filter(|grown| !grown.triangles.is_empty())?;
+    let moved = |(index, instance): (usize, &Instance)| {
+        let part = instance.model as usize + MODELS;
+        parts.get(part).filter(|part| !part.triangles.is_empty())?;
         let placement = Placement {
             position: instance.position.to_array(),
             scale: instance.scale,
             rotation: instance.rotation.to_array(),
-            random: instance.random,
             root: 0,
+            first: firsts[part],
+            random: instance.random,
             object: index as u32 + 1,
         };
-        Some(Standing { model, placement, bounds: placed(&grown.boxes, instance) })
-    });
-    let others: Vec<Standing> = others.collect();
-    std::iter::once(land).chain(others).collect()
+        Some(Standing { part, placement })
+    };
+    let mut standing = vec![still(LAND)];
+    if !parts[SKIRT].triangles.is_empty() {
+        standing.push(still(SKIRT));
+    }
+    standing.par_extend(instances.par_iter().enumerate().filter_map(moved));
+    standing
 }
 
-/// The box round boxes that an instance has turned.
-fn placed(boxes: &[Aabb], instance: &Instance) -> Aabb {
-    let turn = Mat3A::from_quat(instance.rotation) * instance.scale;
+/// Rows of the land that have a structure of their own: what they are built from is not in memory all at once.
+const STRIP: u32 = 1 << 20;
+
+/// Structures of the device's own, and the placements in their order. The land is in strips.
+fn query(
+    gpu: &Gpu,
+    grid: Grid,
+    heights: &[f32],
+    parts: &[Grown],
+    standing: Vec<Standing>,
+) -> gpu::Result<(Way, Vec<Placement>)> {
+    let (mut structures, mut stances, mut placements) = (Vec::new(), Vec::new(), Vec::new());
+    let last = grid.cells - 1;
+    let rows = (STRIP / (2 * last)).max(1);
+    for top in (0..last).step_by(rows as usize) {
+        let corners = ground::triangles(grid, heights, top..(top + rows).min(last));
+        let corners: Vec<_> = corners.iter().map(|corners| corners.map(|corner| corner.to_array())).collect();
+        let placement = Placement { first: GRID + 2 * top * last, ..standing[LAND].placement };
+        stances.push(Stance { structure: structures.len(), transform: transform(&placement) });
+        structures.push(AccelerationStructure::over_triangles(gpu, &corners)?);
+        placements.push(placement);
+    }
+    let mut structure_of = vec![None; parts.len()];
+    for (part, grown) in parts.iter().enumerate().filter(|(_, grown)| !grown.triangles.is_empty()) {
+        let corners: Vec<_> = grown.triangles.iter().map(|triangle| triangle.corners).collect();
+        structure_of[part] = Some(structures.len());
+        structures.push(AccelerationStructure::over_triangles(gpu, &corners)?);
+    }
+    for Standing { part, placement } in standing {
+        let Some(structure) = structure_of[part] else { continue };
+        stances.push(Stance { structure, transform: transform(&placement) });
+        placements.push(placement);
+    }
+    let world = AccelerationStructure::over_instances(gpu, &structures, &stances)?;
+    Ok((Way::Query(world), placements))
+}
+
+/// To the world, by rows.
+fn transform(placement: &Placement) -> [[f32; 4]; 3] {
+    let turn = Mat3A::from_quat(Quat::from_array(placement.rotation)) * placement.scale;
+    let [x, y, z] = placement.position;
+    [turn.row(0).extend(x), turn.row(1).extend(y), turn.row(2).extend(z)].map(|row| row.to_array())
+}
+
+/// One tree over all that stands on the land, and those of the parts behind it; the placement of the land, and those of the others in
+/// the order of the tree's leaves.
+fn bvh(
+    gpu: &Gpu,
+    parts: &[Grown],
+    firsts: &[u32],
+    standing: &[Standing],
+) -> gpu::Result<(Way, Vec<Placement>)> {
+    let bounds = |standing: &Standing| placed(&parts[standing.part].boxes, &standing.placement);
+    let (land, standing) = (standing[LAND], &standing[1..]);
+    let top = build(&standing.par_iter().map(bounds).collect::<Vec<_>>());
+    let mut nodes = top.nodes;
+    // The land's placement comes before them.
+    nodes.iter_mut().for_each(|node| node.primitive_base_idx += 1);
+    if nodes.is_empty() {
+        // Without children.
+        nodes.push(CwBvhNode::default());
+    }
+    let mut roots = Vec::new();
+    for (grown, first_leaf) in parts.iter().zip(firsts) {
+        let first_node = nodes.len() as u32;
+        // What names the land's leaves is where they lie.
+        let first_leaf = if *first_leaf == GRID { 0 } else { *first_leaf };
+        roots.push(first_node);
+        nodes.extend(grown.nodes.iter().map(|node| CwBvhNode {
+            child_base_idx: node.child_base_idx + first_node,
+            primitive_base_idx: node.primitive_base_idx + first_leaf,
+            ..*node
+        }));
+    }
+    let placement = |Standing { part, placement }: Standing| Placement { root: roots[part], ..placement };
+    let others = top.primitive_indices.iter().map(|index| standing[*index as usize]);
+    let placements = std::iter::once(land).chain(others).map(placement).collect();
+    Ok((Way::Bvh(Texels::new(gpu, "nodes", &nodes)?), placements))
+}
+
+/// The box round boxes that stand somewhere.
+fn placed(boxes: &[Aabb], place: &Placement) -> Aabb {
+    let turn = Mat3A::from_quat(Quat::from_array(place.rotation)) * place.scale;
     // Half the size of a turned box along each axis (Arvo 1990, "Transforming Axis-Aligned Bounding Boxes").
     let reach = Mat3A::from_cols(turn.x_axis.abs(), turn.y_axis.abs(), turn.z_axis.abs());
     let mut all = Aabb::empty();
     for bounds in boxes {
-        let middle = Vec3A::from(instance.position) + turn * ((bounds.min + bounds.max) / 2.0);
+        let middle = Vec3A::from(place.position) + turn * ((bounds.min + bounds.max) / 2.0);
         let half = reach * ((bounds.max - bounds.min) / 2.0);
         all = all.union(&Aabb::new(middle - half, middle + half));
     }
@@ -140,53 +275,55 @@ fn placed(boxes: &[Aabb], instance: &Instance) -> Aabb {
 }
 
 /// The finest level of a model, whose first material is `first` of all.
-fn grown(model: &Model, first: u32) -> Grown {
-    let mut corners = Vec::new();
-    let mut facets = Vec::new();
+fn grown(model: &Model, first: u32, traversal: Traversal) -> Grown {
+    let mut triangles = Vec::new();
+    let mut coats = Vec::new();
     for part in model.levels.first().into_iter().flat_map(|level| &level.parts) {
-        let material = first + part.material as u32;
         for triangle in &part.mesh.triangles {
-            corners.push(triangle.map(|index| Vec3::from(part.mesh.positions[index as usize])));
-            let normals = triangle.map(|index| packed_direction(part.mesh.normals[index as usize].into()));
-            facets.push(Facet { normals, material });
+            triangles.push(Triangle {
+                corners: triangle.map(|index| part.mesh.positions[index as usize]),
+                normals: triangle.map(|index| packed_direction(part.mesh.normals[index as usize].into())),
+            });
+            coats.push(first + part.material as u32);
         }
     }
-    Grown::new(&corners, &facets)
+    Grown::new(triangles, coats, traversal)
+}
+
+/// A triangle of the land: its shading asks the heights.
+fn bare(corners: [Vec3; 3]) -> Triangle {
+    Triangle { corners: corners.map(|corner| corner.to_array()), normals: [0; 3] }
 }
 
 impl Grown {
-    fn new(corners: &[[Vec3; 3]], facets: &[Facet]) -> Grown {
-        let solid =
-            |[a, b, c]: &[Vec3; 3]| triangle::Triangle { v0: (*a).into(), v1: (*b).into(), v2: (*c).into() };
-        let solids: Vec<_> = corners.iter().map(solid).collect();
-        let tree = build(&solids);
-        let order = || tree.primitive_indices.iter().map(|index| *index as usize);
-        let triangle = |index: usize| {
-            let [a, b, c] = corners[index].map(|corner| corner.to_array());
-            Triangle { a, b, c }
-        };
-        Grown {
-            nodes: plain(&tree, 0, 0),
-            triangles: order().map(triangle).collect(),
-            facets: order().map(|index| facets[index]).collect(),
-            bounds: tree.total_aabb,
-            boxes: boxes(&tree),
+    fn new(triangles: Vec<Triangle>, coats: Vec<u32>, traversal: Traversal) -> Grown {
+        if traversal == Traversal::Query || triangles.is_empty() {
+            return Grown { triangles, coats, ..Grown::default() };
         }
+        let solid = |triangle: &Triangle| {
+            let [v0, v1, v2] = triangle.corners.map(Vec3A::from);
+            triangle::Triangle { v0, v1, v2 }
+        };
+        let tree = build(&triangles.iter().map(solid).collect::<Vec<_>>());
+        let order = || tree.primitive_indices.iter().map(|index| *index as usize);
+        Grown {
+            triangles: order().map(|index| triangles[index]).collect(),
+            coats: order().map(|index| coats[index]).collect(),
+            boxes: boxes(&tree),
+            nodes: tree.nodes,
+        }
+    }
+}
+
+impl From<Ground> for Grown {
+    fn from(ground: Ground) -> Grown {
+        Grown { nodes: ground.nodes, boxes: vec![ground.bounds], ..Grown::default() }
     }
 }
 
 /// A tree over anything that has a box.
 pub fn build<T: Boundable>(things: &[T]) -> CwBvh {
     build_cwbvh(things, BvhBuildParams::medium_build(), &mut Duration::default())
-}
-
-/// The nodes as shaders have them.
-fn plain(tree: &CwBvh, first_node: u32, first_leaf: u32) -> Vec<Node> {
-    tree.nodes.iter().map(|node| shifted(bytemuck::cast(*node), first_node, first_leaf)).collect()
-}
-
-fn shifted(node: Node, first_node: u32, first_leaf: u32) -> Node {
-    Node { first_child: node.first_child + first_node, first_leaf: node.first_leaf + first_leaf, ..node }
 }
 
 fn boxes(tree: &CwBvh) -> Vec<Aabb> {

@@ -9,7 +9,7 @@ use crate::formats::{Error, sealed};
 use crate::gpu::DeviceInfo;
 use crate::scene::{Film, ToneMap};
 use crate::shaders::Pixel;
-use crate::trace::{Crop, Flaws, Sums};
+use crate::trace::{Crop, Flaws, Sums, Traversal};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt::{self, Write};
@@ -86,13 +86,15 @@ impl Render {
     pub fn of(
         world: &World,
         film: &Film,
-        renderer: Renderer,
+        renderer: (Renderer, Traversal),
         frame: Option<u32>,
         device: &DeviceInfo,
     ) -> serde_json::Result<Render> {
         let renderer = match renderer {
-            Renderer::Raster => "raster",
-            Renderer::Trace => "trace",
+            (Renderer::Raster, _) => "raster",
+            (Renderer::Trace, Traversal::Bvh) => "trace",
+            // A ray at an edge may meet the triangle on the other side.
+            (Renderer::Trace, Traversal::Query) => "trace by VK_KHR_ray_query",
         };
         Ok(Render {
             terrane: env!("CARGO_PKG_VERSION").into(),

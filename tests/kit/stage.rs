@@ -69,6 +69,20 @@ pub fn with(mut scene: Scene, things: Vec<(Mesh, Material)>) -> Scene {
     scene
 }
 
+/// Other ground under what is on the stage.
+pub fn on(mut scene: Scene, gpu: &Gpu, grid: Grid, heights: &[f32]) -> Scene {
+    let zeros = vec![0.0; grid.samples()];
+    scene.ground = Ground {
+        grid,
+        height: upload(gpu, "height", heights),
+        water: upload(gpu, "water", &zeros),
+        wetness: upload(gpu, "wetness", &zeros),
+        reef: upload(gpu, "reef", &zeros),
+        sea_level: scene.ground.sea_level,
+    };
+    scene
+}
+
 pub fn grey(reflectance: f32) -> Material {
     Material { reflectance: [[reflectance; 3]; 2], ..Material::default() }
 }

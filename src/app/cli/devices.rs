@@ -35,6 +35,7 @@ fn object(device: &DeviceInfo) -> serde_json::Value {
         "memory_bytes": device.memory,
         "max_image": device.max_image,
         "max_allocation_bytes": device.max_allocation,
+        "ray_query": device.ray_query,
         "usable": device.missing.is_empty(),
         "missing": device.missing,
     })
@@ -50,6 +51,9 @@ fn line(device: &DeviceInfo) -> String {
         device.driver,
         device.memory as f64 / f64::from(1 << 30)
     );
+    if device.ray_query {
+        line += ", traces rays by itself";
+    }
     if !device.missing.is_empty() {
         line += &format!(" (can't be used: lacks {})", device.missing.join(", "));
     }

@@ -7,7 +7,7 @@ use crate::formats::sidecar::Values;
 use crate::gpu::{Gpu, Recorder};
 use crate::scene::Population;
 use crate::terrain::Simulation;
-use crate::trace::ground;
+use crate::trace::mesh;
 use std::path::Path;
 
 /// Plants what grows on the finished land, and writes it as the world's own picture has it.
@@ -30,13 +30,13 @@ pub fn write(
     let mut rec = Recorder::new(gpu);
     let heights = rec.download(&scene.ground.height);
     let heights = heights.take(&rec.submit()?.wait()?);
-    let mesh = ground::mesh(scene.ground.grid, &heights, level);
+    let land = mesh::mesh(scene.ground.grid, &heights, level);
     let sea = heights.iter().any(|height| *height < level);
     drop(heights);
-    let corners = ground::corners(gpu, &scene, &mesh.corners)?;
+    let corners = mesh::corners(gpu, &scene, &land.corners)?;
 
     let contents = Contents {
-        land: mitsuba::Land { corners, triangles: mesh.triangles },
+        land: mitsuba::Land { corners, triangles: land.triangles },
         population: &scene.population,
         light: &scene.light,
         camera: &pinhole,

@@ -15,7 +15,8 @@ use crate::formats::{self, exr::Layered, file, file::Written};
 use crate::gpu::{self, Gpu};
 use crate::raster::{self, Quality};
 use crate::scene::{Film, Picture, Scene};
-use crate::trace::{Crop, Sums, Tracer, Tracing};
+use crate::terrain::Plan;
+use crate::trace::{Crop, Sums, Tracer, Tracing, Traversal};
 use crate::world::shard::Render;
 use crate::world::{self, Renderer, World};
 use checkpoint::{Checkpoint, Found};
@@ -63,6 +64,11 @@ pub struct Arguments {
     #[arg(long)]
     resume: bool,
 
+    /// What traced rays go through: query (what the device itself has for that), bvh (our own trees), or auto, the first
+    /// where there is one
+    #[arg(long, value_name = "NAME", value_parser = traversal, default_value = "auto")]
+    traversal: Choice,
+
     #[command(flatten)]
     limits: trace::Limits,
 
@@ -73,6 +79,10 @@ pub struct Arguments {
     #[command(flatten)]
     pub output: OutputOptions,
 }
+
+/// Of what rays go through; `None` leaves it to the device.
+#[derive(Clone, Copy)]
+struct Choice(Option<Traversal>);
 
 const EXTENSIONS: [&str; 2] = ["png", "exr"];
 const SHARD: [&str; 1] = ["shard"];
@@ -200,6 +210,10 @@ impl<'a> Job<'a> {
     fn go_on(&self, work: &mut Work, session: &mut Session) -> Result<(), Error> {
         let Job { arguments, world, film, renderer, .. } = *self;
         let gpu = land::open(&arguments.device, session)?;
+        let traversal = self.traversal(&gpu);
+        if renderer == Renderer::Trace {
+            traversal.check(&gpu)?;
+        }
         self.leave_finished(&gpu, work, session)?;
         if work.shots.is_empty() {
             return Ok(());
@@ -212,7 +226,7 @@ impl<'a> Job<'a> {
         let garden = Garden::new(&gpu, world, &simulation, session)?;
         let ground = simulation.land()?;
         drop(simulation);
-        let mut studio = Studio { gpu: &gpu, raster: None, tracer: None };
+        let mut studio = Studio { gpu: &gpu, traversal, raster: None, tracer: None };
         while let Some(&shot) = work.shots.first() {
             let mut settings = world.tracing;
             let keyed = shot.frame.and_then(|frame| world.camera_path.at(frame));
@@ -221,6 +235,11 @@ impl<'a> Job<'a> {
                 camera
             });
             let population = garden.populate(&camera, &film, session)?;
+            if renderer == Renderer::Trace {
+                let models = crate::trace::memory::population(&population).bytes;
+                let goal = |_: &Plan| Goal::Picture { film, planted: models > 0, models, renderer };
+                memory::check(&world.plan, goal, &limits)?;
+            }
             let pinhole = garden.pinhole(&camera, &film);
             let scene = land::scene(world, ground.clone(), camera, population);
             match renderer {
@@ -237,10 +256,14 @@ impl<'a> Job<'a> {
         Ok(())
     }
 
+    fn traversal(&self, gpu: &Gpu) -> Traversal {
+        self.arguments.traversal.0.unwrap_or_else(|| Traversal::best(gpu))
+    }
+
     fn checkpoint(&self, gpu: &Gpu, shot: &Shot) -> Result<Checkpoint, Error> {
         let Job { world, film, renderer, crop, .. } = self;
-        let render =
-            Render::of(world, film, *renderer, shot.frame, gpu.info()).map_err(world::cache::Error::Hash)?;
+        let render = Render::of(world, film, (*renderer, self.traversal(gpu)), shot.frame, gpu.info())
+            .map_err(world::cache::Error::Hash)?;
         let first = self.arguments.samples.as_ref().map_or(0, |samples| samples.start);
         Ok(Checkpoint::new(&shot.path, render, *crop, first, self.arguments.of))
     }
@@ -478,6 +501,7 @@ impl<'a> Job<'a> {
 /// The renderers of a device: their programs are compiled once.
 struct Studio<'a> {
     gpu: &'a Gpu,
+    traversal: Traversal,
     raster: Option<raster::Renderer>,
     tracer: Option<Tracer>,
 }
@@ -493,7 +517,7 @@ impl Studio<'_> {
     fn tracer(&mut self) -> gpu::Result<&Tracer> {
         match &mut self.tracer {
             Some(tracer) => Ok(tracer),
-            none => Ok(none.insert(Tracer::new(self.gpu)?)),
+            none => Ok(none.insert(Tracer::with(self.gpu, self.traversal)?)),
         }
     }
 }
@@ -557,6 +581,15 @@ fn raster(
     }
     session.progress.end();
     Ok(drawing.into_picture())
+}
+
+fn traversal(name: &str) -> Result<Choice, String> {
+    match name {
+        "auto" => Ok(Choice(None)),
+        "query" => Ok(Choice(Some(Traversal::Query))),
+        "bvh" => Ok(Choice(Some(Traversal::Bvh))),
+        _ => Err("use auto, query or bvh".into()),
+    }
 }
 
 fn method(name: &str) -> Result<Renderer, String> {

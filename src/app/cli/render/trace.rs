@@ -102,7 +102,8 @@ impl Goal<'_> {
             return Ok(None);
         }
         self.place.make()?;
-        let (written, _) = picture::write(self.path, checkpoint.render(), sums, self.limits.finish.half, None)?;
+        let (written, _) =
+            picture::write(self.path, checkpoint.render(), sums, self.limits.finish.half, None)?;
         Ok(Some(written))
     }
 
