@@ -135,9 +135,15 @@ fn the_folder_has_what_the_scene_names() {
 #[test]
 fn what_makes_no_sense_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
-    for (out, more) in [("scene.xml", &[][..]), ("out/", &["--cells", "99"]), ("out/", &["--format", "tif"])] {
+    for (out, more) in [("scene.xml", &[][..]), ("out/", &["--cells", "99"]), ("out/", &["--format", "tif"])]
+    {
         let output = export(folder.path(), out, more);
-        assert_eq!(output.status.code(), Some(2), "{out} {more:?}: {}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(
+            output.status.code(),
+            Some(2),
+            "{out} {more:?}: {}",
+            String::from_utf8_lossy(&output.stderr)
+        );
     }
 }
 

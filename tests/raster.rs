@@ -258,7 +258,8 @@ fn skies_agree_with_double_precision() {
     let camera = Pinhole::look_at(eye, target, 0.9, 160.0 / 90.0);
     // In the picture, and without a disc.
     let sun = sun_at(0.6, 0.0).direction.as_dvec3();
-    let texels = (0..2048u32).map(|index| [index % 7, index % 5, index % 11].map(|channel| 10.0 + channel as f32));
+    let texels =
+        (0..2048u32).map(|index| [index % 7, index % 5, index % 11].map(|channel| 10.0 + channel as f32));
     let map = SkyMap { width: 64, height: 32, texels: texels.collect(), rotation: 1.0 };
     let skies = [
         (preetham::sky(2.0, sun), 2e-5),

@@ -175,7 +175,8 @@ fn hosek_wilkie_has_the_light_of_a_clear_day() {
     let sky = hosek_wilkie::sky(2.5, 0.2, sun);
     let irradiance = dome::sky_irradiance(&sky);
     // The quadratic in the normal, upwards.
-    let up = [0, 1, 2].map(|channel| irradiance[0][channel] + irradiance[2][channel] + 2.0 * irradiance[6][channel]);
+    let up = [0, 1, 2]
+        .map(|channel| irradiance[0][channel] + irradiance[2][channel] + 2.0 * irradiance[6][channel]);
     let lux = terrane::core::color::luminance(up);
     assert!((15_000.0..18_000.0).contains(&lux), "{lux} lx");
     let towards = dome::radiance(&sky, direction(PI / 6.0 + 0.1, 0.0));
@@ -196,7 +197,10 @@ fn pictures_of_the_sky_lie_where_they_should() {
     };
     let near = |map: &SkyMap, view: DVec3, expected: f64| {
         let [red, _, blue] = map.radiance(view);
-        assert!((red - expected).abs() < 1e-9 && (blue - 3.0 * expected).abs() < 1e-9, "{red}, not {expected}");
+        assert!(
+            (red - expected).abs() < 1e-9 && (blue - 3.0 * expected).abs() < 1e-9,
+            "{red}, not {expected}"
+        );
     };
     near(&map, towards(67.5, 112.5), 1.0);
     near(&map, towards(67.5, 90.0), 0.5);
@@ -213,8 +217,7 @@ fn pictures_of_the_sky_lie_where_they_should() {
 #[test]
 fn large_pictures_of_the_sky_are_made_smaller() {
     let [width, height] = SkyMap::MOST.map(|most| most + most / 2);
-    let mut map =
-        SkyMap { width, height, texels: vec![[0.0; 3]; (width * height) as usize], rotation: 0.0 };
+    let mut map = SkyMap { width, height, texels: vec![[0.0; 3]; (width * height) as usize], rotation: 0.0 };
     let row = height / 3;
     map.texels[(row * width + 5) as usize] = [7.0; 3];
     let light = |map: &SkyMap| -> f64 {
@@ -248,14 +251,18 @@ fn skies_know_their_limits() {
     refused("sky = { hosek_wilkie = { turbidity = 0.9 } }");
     refused("sky = { hosek_wilkie = { albedo = 1.1 } }");
     assert!(!warned("sky = { hosek_wilkie = { turbidity = 1, albedo = 1 } }"));
-    for place in ["day = -1", "day = 367", "time = -0.1", "time = 24.1", "longitude = -181", "longitude = 361"] {
+    for place in
+        ["day = -1", "day = 367", "time = -0.1", "time = 24.1", "longitude = -181", "longitude = 361"]
+    {
         refused(&format!("sun = {{ place = {{ {place} }} }}"));
     }
     for place in ["latitude = 91", "utc_offset = -13"] {
         refused(&format!("sun = {{ place = {{ {place} }} }}"));
     }
     // Below 3°, and below the horizon.
-    assert!(warned("sun = { direct = { elevation = 2.9 } }") && !warned("sun = { direct = { elevation = 3.1 } }"));
+    assert!(
+        warned("sun = { direct = { elevation = 2.9 } }") && !warned("sun = { direct = { elevation = 3.1 } }")
+    );
     assert!(warned("sun = { place = { time = 23 } }"));
 }
 
@@ -288,13 +295,15 @@ fn files_that_are_no_sky_are_refused() {
 fn pictures_of_the_sky_are_read() {
     let folder = tempfile::tempdir().expect("a folder");
     let pixels: Vec<[f32; 3]> = (0..8).map(|index| [index as f32, 0.5, 2.0]).collect();
-    terrane::formats::exr::write_picture(&folder.path().join("sky.exr"), [4, 2], &pixels, 1.0).expect("written");
+    terrane::formats::exr::write_picture(&folder.path().join("sky.exr"), [4, 2], &pixels, 1.0)
+        .expect("written");
     // Mantissas of 128 with exponents of 128, 129 and so on are ½, 1, …
     let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n".to_vec();
     (0..8).for_each(|index| bytes.extend([128, 64, 0, 128 + index]));
     std::fs::write(folder.path().join("sky.hdr"), bytes).expect("written");
     let read = |file: &str| {
-        let text = format!("format = 1\nsky = {{ map = {{ file = \"{file}\", scale = 100, rotation = 90 }} }}\n");
+        let text =
+            format!("format = 1\nsky = {{ map = {{ file = \"{file}\", scale = 100, rotation = 90 }} }}\n");
         let world = world::parse("sky.toml", text.as_bytes(), folder.path(), &Overrides::default());
         match world.expect(file).light.sky {
             Sky::Map(map) => map,

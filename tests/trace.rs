@@ -4,12 +4,12 @@ mod kit;
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
+use std::sync::Arc;
 use std::sync::OnceLock;
 use terrane::core::camera::Pinhole;
 use terrane::core::hash::mix;
 use terrane::core::mesh::Mesh;
 use terrane::gpu::Gpu;
-use std::sync::Arc;
 use terrane::scene::{Film, Instance, Material, Scene, Sky, SkyMap, Sun, ToneMap};
 use terrane::trace::{Ray, Settings, Tracer};
 
@@ -122,12 +122,8 @@ fn plane_under_a_picture_of_the_sky() {
     // The second is as small as the sun.
     for (height, row, brightness) in [(32, 8, 100.0), (512, 100, 1e5)] {
         let width = 2 * height;
-        let mut map = SkyMap {
-            width,
-            height,
-            texels: vec![[0.0; 3]; (width * height) as usize],
-            rotation: 0.3,
-        };
+        let mut map =
+            SkyMap { width, height, texels: vec![[0.0; 3]; (width * height) as usize], rotation: 0.3 };
         map.texels[(row * width + width / 3) as usize] = [brightness; 3];
         let side = PI / f64::from(height);
         let middle = side * (f64::from(row) + 0.5);

@@ -94,5 +94,12 @@ pub fn camera(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Camer
 
 /// The scene of a world on its finished land.
 pub fn scene(world: &World, ground: Ground, camera: Camera, population: Population) -> Scene {
-    Scene { ground, light: world.light.clone(), sea: world.sea, surface: world.surface.clone(), population, camera }
+    Scene {
+        ground,
+        light: world.light.clone(),
+        sea: world.sea,
+        surface: world.surface.clone(),
+        population,
+        camera,
+    }
 }

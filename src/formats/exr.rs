@@ -167,10 +167,7 @@ fn read_channels<const N: usize>(
         .decompress_sequential(false, |_, block: UncompressedBlock| {
             for line in block.lines(&channels) {
                 let place = line.location;
-                if block.index.layer != 0
-                    || place.level != Vec2(0, 0)
-                    || !chosen.contains(&place.channel)
-                {
+                if block.index.layer != 0 || place.level != Vec2(0, 0) || !chosen.contains(&place.channel) {
                     continue;
                 }
                 let Some(channel) = channels.list.get(place.channel) else { continue };

@@ -163,8 +163,7 @@ fn write_sky(path: &Path, sky: &Sky) -> Result<Written, Error> {
     let pixel = |index: u32| {
         let azimuth = 2.0 * PI * (f64::from(index % width) + 0.5) / f64::from(width);
         let zenith = PI * f64::from(index / width) / f64::from(height - 1);
-        let view =
-            DVec3::new(zenith.sin() * azimuth.sin(), zenith.cos(), -zenith.sin() * azimuth.cos());
+        let view = DVec3::new(zenith.sin() * azimuth.sin(), zenith.cos(), -zenith.sin() * azimuth.cos());
         dome::radiance(sky, view).map(|channel| channel as f32)
     };
     let pixels: Vec<_> = (0..width * height).map(pixel).collect();
@@ -315,7 +314,12 @@ fn lobes(material: &Material) -> Option<Lobes> {
     let [reflected, transmitted] = [reflectance, material.transmittance].map(largest);
     let sum = reflected + transmitted;
     if transmitted <= 0.0 {
-        return (reflected > 1.0).then_some(Lobes { sum, through: 0.0, reflectance, transmittance: [0.0; 3] });
+        return (reflected > 1.0).then_some(Lobes {
+            sum,
+            through: 0.0,
+            reflectance,
+            transmittance: [0.0; 3],
+        });
     }
     let through = transmitted / sum;
     let share = |color: [f32; 3], weight: f32| color.map(|channel| channel / weight.max(1e-6));
@@ -362,17 +366,11 @@ fn glows(model: &Model, part: &Part) -> bool {
 
 /// The beginning of a shape with the mesh of this file.
 fn shape(file: &str, material: &str) -> String {
-    format!(
-        "<shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/><ref id=\"{material}\"/>"
-    )
+    format!("<shape type=\"ply\"><string name=\"filename\" value=\"{file}\"/><ref id=\"{material}\"/>")
 }
 
 fn placed(instance: &Instance) -> Mat4 {
-    Mat4::from_scale_rotation_translation(
-        Vec3::splat(instance.scale),
-        instance.rotation,
-        instance.position,
-    )
+    Mat4::from_scale_rotation_translation(Vec3::splat(instance.scale), instance.rotation, instance.position)
 }
 
 fn transform(matrix: Mat4) -> String {

@@ -86,7 +86,9 @@ fn with_sky(frame: Frame, sky: &Sky) -> Frame {
         Sky::HosekWilkie(model) => Frame {
             sky: SKY_HOSEK_WILKIE,
             perez_sun: model.sun.as_vec3().to_array(),
-            hosek_wilkie: std::array::from_fn(|index| model.distribution.map(|channel| channel[index] as f32)),
+            hosek_wilkie: std::array::from_fn(|index| {
+                model.distribution.map(|channel| channel[index] as f32)
+            }),
             hosek_wilkie_radiance: model.radiance.map(|channel| channel as f32),
             ..frame
         },

@@ -91,8 +91,7 @@ pub fn corners(gpu: &Gpu, scene: &Scene, points: &[Vec3]) -> gpu::Result<Vec<sha
     let ground = &scene.ground;
     let mut all = Vec::with_capacity(points.len());
     for points in points.chunks(BATCH) {
-        let corner =
-            |point: &Vec3| shaders::Corner { point: point.to_array(), ..shaders::Corner::default() };
+        let corner = |point: &Vec3| shaders::Corner { point: point.to_array(), ..shaders::Corner::default() };
         let corners = upload(gpu, "corners", &points.iter().map(corner).collect::<Vec<_>>())?;
         let mut rec = Recorder::new(gpu);
         let bindings = corners::Bindings {

@@ -323,7 +323,8 @@ impl Tracing<'_> {
         count: u32,
         film: &Buffer<shaders::Pixel>,
     ) -> gpu::Result<()> {
-        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, openness, surf, paths, .. } = self;
+        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, openness, surf, paths, .. } =
+            self;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
         let Tree { nodes, triangles, facets, placements, materials } = tree;
         let ground = &scene.ground;
@@ -363,8 +364,18 @@ impl Tracing<'_> {
             );
             rec.concurrent(|rec| {
                 let queue = escaped;
-                let bindings =
-                    escape::Bindings { frame, paths, hits, turns, queue, next, looks, features, dome, panorama };
+                let bindings = escape::Bindings {
+                    frame,
+                    paths,
+                    hits,
+                    turns,
+                    queue,
+                    next,
+                    looks,
+                    features,
+                    dome,
+                    panorama,
+                };
                 rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
                 let queue = sea;
                 let height = &ground.height;
