@@ -21,8 +21,9 @@ ivec2 dome_cell(vec3 direction) {
 
 // Heights of the upper edge of a row, and how far below it the lower one is: cos a − cos b, without the difference.
 vec2 dome_band(int row) {
-    float step_ = PI / float(frame.dome_size.y);
-    return vec2(cos(float(row) * step_), 2.0 * sin((float(row) + 0.5) * step_) * sin(0.5 * step_));
+    float step_ = 0.5 / float(frame.dome_size.y);
+    float middle = accurate_cos_sin((float(row) + 0.5) * step_).y;
+    return vec2(accurate_cos_sin(float(row) * step_).x, 2.0 * middle * accurate_cos_sin(0.5 * step_).y);
 }
 
 float cell_density(ivec2 cell) {
@@ -59,9 +60,9 @@ vec3 dome_direction(vec2 u, out float density) {
     density = cell_density(ivec2(column, row));
     vec2 band = dome_band(row);
     float y = band.x - down * band.y;
-    float azimuth = 2.0 * PI * (float(column) + along) / float(frame.dome_size.x);
+    vec2 azimuth = accurate_cos_sin((float(column) + along) / float(frame.dome_size.x));
     float level = sqrt(max(1.0 - y * y, 0.0));
-    return vec3(level * sin(azimuth), y, -level * cos(azimuth));
+    return vec3(level * azimuth.y, y, -level * azimuth.x);
 }
 
 #endif

@@ -15,6 +15,18 @@ float accurate_asin(float x) {
     return upper ? 0.5 * PI - 2.0 * series : series;
 }
 
+// Cosine and sine of an angle in turns, to 32-bit accuracy for the same reason (after Cephes's sinf and cosf).
+vec2 accurate_cos_sin(float turns) {
+    float quarters = round(4.0 * turns);
+    float x = (4.0 * turns - quarters) * (0.5 * PI);
+    float z = x * x;
+    float s = ((-1.9515295891e-4 * z + 8.3321608736e-3) * z - 1.6666654611e-1) * z * x + x;
+    float c = ((2.443315711809948e-5 * z - 1.388731625493765e-3) * z + 4.166664568298827e-2) * z * z - 0.5 * z + 1.0;
+    int quarter = int(quarters) & 3;
+    vec2 turned = (quarter & 1) == 0 ? vec2(c, s) : vec2(-s, c);
+    return quarter < 2 ? turned : -turned;
+}
+
 vec3 rec709_from_xyz(vec3 xyz) {
     return vec3(dot(vec3(3.2404542, -1.5371385, -0.4985314), xyz), dot(vec3(-0.9692660, 1.8760108, 0.0415560), xyz),
                 dot(vec3(0.0556434, -0.2040259, 1.0572252), xyz));

@@ -27,16 +27,18 @@ pub fn size(sky: &Sky) -> [u32; 2] {
 /// horizon of skies that are none of a picture nothing is looked for: paths find light there by themselves.
 pub fn table(sky: &Sky) -> Vec<f32> {
     let [columns, rows] = size(sky).map(|count| count as usize);
-    // Along each side of a cell; twice as many as there are texels miss none.
+    // Parts of each side of a cell, at whose ends we look. Looking at its rim, too, finds light that barely reaches into it: what
+    // has no share is only met by chance.
     let (fine, below) = match sky {
-        Sky::Map(map) => (2 * map.width.div_ceil(columns as u32) as usize, BELOW),
+        Sky::Map(map) => (map.width.div_ceil(columns as u32) as usize, BELOW),
         _ => (2, 0.0),
     };
     let cell = |row: usize, column: usize| {
-        let at = |index: usize, sample: usize| index as f64 + (sample as f64 + 0.5) / fine as f64;
-        let samples = (0..fine * fine).map(|index| {
-            let zenith = PI * at(row, index / fine) / rows as f64;
-            let azimuth = 2.0 * PI * at(column, index % fine) / columns as f64;
+        let at = |index: usize, sample: usize| index as f64 + sample as f64 / fine as f64;
+        let ends = fine + 1;
+        let samples = (0..ends * ends).map(|index| {
+            let zenith = PI * at(row, index / ends) / rows as f64;
+            let azimuth = 2.0 * PI * at(column, index % ends) / columns as f64;
             let view = DVec3::new(zenith.sin() * azimuth.sin(), zenith.cos(), -zenith.sin() * azimuth.cos());
             let [red, green, blue] = dome::radiance(sky, view);
             let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
