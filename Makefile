@@ -19,7 +19,7 @@ FORESTS = default=forest/default dead=forest/dead mountain=forest/mountain reef=
 .PHONY: help demo species forests install test test-long bench fuzz lint doc
 
 help:
-	@echo 'make demo       build, and render configs/island/volcano.toml to out/volcano.png'
+	@echo 'make demo       build, and render an island to out/volcano.png and a wooded one to out/reef_forest.png'
 	@echo 'make species    pictures of all species, in docs/pictures'
 	@echo 'make forests    pictures of the forests, in docs/pictures; the land of two takes minutes'
 	@echo 'make install    the program, its manual and completions for shells, below PREFIX=$(PREFIX)'
@@ -36,7 +36,8 @@ demo:
 	$(CARGO) build --release --locked
 	@mkdir -p out
 	$(RUN) render configs/island/volcano.toml -o out/volcano.png
-	@echo 'The picture is out/volcano.png.'
+	$(RUN) render configs/landscape/reef_forest.toml --size 320x180 --spp 16 -o out/reef_forest.png
+	@echo 'The pictures are out/volcano.png and, path traced, out/reef_forest.png.'
 
 species:
 	@scripts/install.sh

@@ -101,6 +101,17 @@ impl Tracer {
     }
 
     fn make(gpu: &Gpu, traversal: Traversal, independent: bool) -> gpu::Result<Self> {
+        // Drivers compile on the thread that asks, and `land` takes as long as all the others.
+        let (land, others) = rayon::join(
+            || Compute::new(gpu, land::Constants { independent }),
+            || {
+                rayon::join(
+                    || Compute::new(gpu, sea::Constants { independent }),
+                    || Compute::new(gpu, model::Constants { independent }),
+                )
+            },
+        );
+        let (sea, model) = others;
         Ok(Tracer {
             gpu: gpu.clone(),
             openness: Compute::new(gpu, ())?,
@@ -108,9 +119,9 @@ impl Tracer {
             generate: Compute::new(gpu, generate::Constants { independent })?,
             rays: Programs::new(gpu, traversal)?,
             escape: Compute::new(gpu, escape::Constants { independent })?,
-            land: Compute::new(gpu, land::Constants { independent })?,
-            model: Compute::new(gpu, model::Constants { independent })?,
-            sea: Compute::new(gpu, sea::Constants { independent })?,
+            land: land?,
+            model: model?,
+            sea: sea?,
             add: Compute::new(gpu, ())?,
         })
     }
