@@ -82,15 +82,15 @@ fn any_partition_gives_the_same_sums() {
     let gpu = kit::gpu();
     let mut scene = with(empty(&gpu), vec![(ball(Vec3::ZERO, 1.0, 0.0, 64, true), grey(0.5))]);
     scene.light.sky = Sky::Constant { radiance: [1.0, 0.5, 0.25] };
-    let tracer = Tracer::new(&gpu).unwrap();
+    let tracer = kit::tracer(&gpu);
     let all = Crop::whole(WIDTH, HEIGHT);
-    let whole = traced(&gpu, &scene, &tracer, (all, 0, SAMPLES), None);
+    let whole = traced(&gpu, &scene, tracer, (all, 0, SAMPLES), None);
     assert_eq!(whole.range(), Some(0..SAMPLES));
     let mut random = Random(1);
-    for number in 0..10 {
+    for number in 0..20 {
         let mut sums = Sums::of(all, 0);
         for part in partition(&mut random) {
-            sums.absorb(&traced(&gpu, &scene, &tracer, part, Some(&mut random)));
+            sums.absorb(&traced(&gpu, &scene, tracer, part, Some(&mut random)));
         }
         sums.complete(SAMPLES);
         assert!(sums == whole, "partition {number}");
@@ -99,8 +99,8 @@ fn any_partition_gives_the_same_sums() {
     }
     // Other samples are others.
     let mut sums = Sums::of(all, 0);
-    sums.absorb(&traced(&gpu, &scene, &tracer, (all, 0, 4), None));
-    sums.absorb(&traced(&gpu, &scene, &tracer, (all, 5, SAMPLES + 1), None));
+    sums.absorb(&traced(&gpu, &scene, tracer, (all, 0, 4), None));
+    sums.absorb(&traced(&gpu, &scene, tracer, (all, 5, SAMPLES + 1), None));
     sums.complete(SAMPLES);
     assert!(sums != whole);
 }
@@ -109,11 +109,11 @@ fn any_partition_gives_the_same_sums() {
 #[test]
 fn samples_that_are_no_numbers_are_counted() {
     let gpu = kit::gpu();
-    let tracer = Tracer::new(&gpu).unwrap();
+    let tracer = kit::tracer(&gpu);
     for (emission, flawed) in [(f32::NAN, true), (f32::INFINITY, true), (1e4, false)] {
         let material = Material { emission: [emission; 3], ..grey(0.5) };
         let scene = with(empty(&gpu), vec![(ball(Vec3::ZERO, 1.0, 1.0, 16, true), material)]);
-        let sums = traced(&gpu, &scene, &tracer, (Crop::whole(WIDTH, HEIGHT), 0, 2), None);
+        let sums = traced(&gpu, &scene, tracer, (Crop::whole(WIDTH, HEIGHT), 0, 2), None);
         let flaws = sums.flaws();
         assert_eq!(flaws.not_finite, if flawed { u64::from(2 * WIDTH * HEIGHT) } else { 0 }, "{emission}");
         assert_eq!(flaws.cut_off, 0);
@@ -645,40 +645,58 @@ fn a_full_disk_leaves_what_was_there() {
     let folder = folder.path();
     render(folder, "a.exr", &["--spp", "2"], 0);
     let before = ["a.exr", "a.exr.checkpoint"].map(|name| bytes(folder, name));
+    let [picture, checkpoint] = before.each_ref().map(|bytes| bytes.len().next_multiple_of(4096));
+    let compare = "cmp a.exr disk/a.exr && cmp a.exr.checkpoint disk/a.exr.checkpoint && ls -A disk";
     // A disk that has room for these and for no more, where a process may mount one; else files may have a few blocks.
-    let size = before.iter().map(|bytes| bytes.len().next_multiple_of(4096)).sum::<usize>() + 8192;
-    let mount =
-        format!("mkdir disk && mount -t tmpfs -o size={size} none disk && cp a.exr a.exr.checkpoint disk");
-    let may_mount = Command::new("unshare")
-        .args(["-rm", "sh", "-c", &mount])
-        .current_dir(folder)
-        .status()
-        .is_ok_and(|status| status.success());
-    let _ = fs::remove_dir(folder.join("disk"));
-    let (shell, prepare): (&[&str], _) = match may_mount {
-        true => (&["unshare", "-rm", "sh"], mount),
-        false => {
-            (&["sh"], "mkdir disk && cp a.exr a.exr.checkpoint disk && trap '' XFSZ && ulimit -f 8".into())
-        }
-    };
     for more in ["--resume --spp 3", "--spp 3"] {
-        let compare = "cmp a.exr disk/a.exr && cmp a.exr.checkpoint disk/a.exr.checkpoint && ls -A disk";
-        let script = format!(
-            "{prepare} && \"$0\" render world.toml -o disk/a.exr {more} --quiet --no-cache; code=$?; {compare}; exit $code"
-        );
-        let output = Command::new(shell[0])
-            .args(&shell[1..])
-            .args(["-c", &script, env!("CARGO_BIN_EXE_terrane")])
-            .current_dir(folder)
-            // Its files would be cut too, where those of this process are.
-            .env("MESA_SHADER_CACHE_DISABLE", if may_mount { "false" } else { "true" })
-            .output()
-            .unwrap();
-        assert_eq!(code(&output), 7, "{}", stderr(&output));
-        assert!(stderr(&output).contains("free some space"), "{}", stderr(&output));
-        assert_eq!(String::from_utf8_lossy(&output.stdout), "a.exr\na.exr.checkpoint\n");
-        let _ = fs::remove_dir_all(folder.join("disk"));
+        let told = on_a_small_disk(folder, picture + checkpoint + 8192, more, compare);
+        assert_eq!(told, "a.exr\na.exr.checkpoint\n");
     }
+    // And one that has room for another checkpoint, but not for another picture.
+    if may_mount() {
+        let compare = "cmp a.exr disk/a.exr && cmp a.exr.checkpoint disk/a.exr.checkpoint.1 && ls -A disk";
+        let told = on_a_small_disk(folder, picture + 2 * checkpoint + 8192, "--resume --spp 3", compare);
+        assert_eq!(told, "a.exr\na.exr.checkpoint\na.exr.checkpoint.1\n");
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn may_mount() -> bool {
+    let command = Command::new("unshare").args(["-rm", "sh", "-c", "mount -t tmpfs none /mnt"]).status();
+    command.is_ok_and(|status| status.success())
+}
+
+/// Renders on a disk of that many bytes, on which there are a picture and its checkpoint already; returns what `compare` says then.
+#[cfg(target_os = "linux")]
+#[track_caller]
+fn on_a_small_disk(folder: &Path, size: usize, more: &str, compare: &str) -> String {
+    let mounts = may_mount();
+    let (shell, prepare): (&[&str], _) = match mounts {
+        true => (&["unshare", "-rm", "sh"], format!("mount -t tmpfs -o size={size} none disk")),
+        false => (&["sh"], "trap '' XFSZ && ulimit -f 8".into()),
+    };
+    // The disk is filled before a limit on files holds for what fills it.
+    let copy = "cp a.exr a.exr.checkpoint disk";
+    let prepare = if mounts {
+        format!("mkdir disk && {prepare} && {copy}")
+    } else {
+        format!("mkdir disk && {copy} && {prepare}")
+    };
+    let script = format!(
+        "{prepare} && \"$0\" render world.toml -o disk/a.exr {more} --quiet --no-cache; code=$?; {compare}; exit $code"
+    );
+    let output = Command::new(shell[0])
+        .args(&shell[1..])
+        .args(["-c", &script, env!("CARGO_BIN_EXE_terrane")])
+        .current_dir(folder)
+        // Its files would be cut too, where those of this process are.
+        .env("MESA_SHADER_CACHE_DISABLE", if mounts { "false" } else { "true" })
+        .output()
+        .unwrap();
+    assert_eq!(code(&output), 7, "{}", stderr(&output));
+    assert!(stderr(&output).contains("free some space"), "{}", stderr(&output));
+    let _ = fs::remove_dir_all(folder.join("disk"));
+    String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
 /// A CPU device gives the same bytes with any number of threads, and the clock has no say either.

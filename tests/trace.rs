@@ -21,12 +21,6 @@ use kit::stage::{ball, empty, grey, on, sheet, with};
 const SIDE: u32 = 8;
 const SAMPLES: u32 = 256;
 
-/// One for all tests: its programs are compiled once.
-fn tracer(gpu: &Gpu) -> &'static Tracer {
-    static SHARED: OnceLock<Tracer> = OnceLock::new();
-    SHARED.get_or_init(|| Tracer::new(gpu).expect("a tracer"))
-}
-
 /// Mean radiance that reaches `eye` from round about `target`, within a quarter of a degree, and its standard error by how
 /// much pixels differ.
 fn radiance(gpu: &Gpu, scene: &Scene, bounces: u32, eye: Vec3, target: Vec3) -> (f64, f64) {
@@ -36,7 +30,7 @@ fn radiance(gpu: &Gpu, scene: &Scene, bounces: u32, eye: Vec3, target: Vec3) -> 
 fn radiance_with(gpu: &Gpu, scene: &Scene, settings: Settings, eye: Vec3, target: Vec3) -> (f64, f64) {
     let film = Film { width: SIDE, height: SIDE, exposure: 1.0, tone_map: ToneMap::None };
     let camera = Pinhole::look_at(eye, target, 0.25_f32.to_radians(), 1.0);
-    let tracer = tracer(gpu);
+    let tracer = kit::tracer(gpu);
     let mut tracing = tracer.begin(scene, &film, &camera, settings).expect("begun");
     while tracing.step(SAMPLES).expect("a step") {}
     let picture = tracing.sums().picture();
@@ -479,7 +473,7 @@ fn rays_meet_what_lies_in_their_way() {
     let rays = rays(&mut random, 30.0);
     let instances = &scene.population.instances;
     let expected: Vec<_> = rays.iter().map(|ray| nearest_instance(instances, &meshes, ray)).collect();
-    let found = met(&scene, tracer(&gpu), &rays).into_iter();
+    let found = met(&scene, kit::tracer(&gpu), &rays).into_iter();
     let found = found.map(|it| it.filter(|it| it.instance.is_some()).map(|it| f64::from(it.range)));
     let (met, off) = compared(&expected, &found.collect::<Vec<_>>());
     assert!(met > 1000, "{met} rays meet anything");
@@ -502,7 +496,7 @@ fn rays_meet_the_land() {
     let rays = rays(&mut random, 40.0);
     let expected: Vec<_> =
         rays.iter().map(|ray| nearest(land.iter().map(|corners| corners.map(DVec3::from)), ray)).collect();
-    let found = met(&scene, tracer(&gpu), &rays);
+    let found = met(&scene, kit::tracer(&gpu), &rays);
     let found: Vec<_> = found.into_iter().map(|it| it.map(|it| f64::from(it.range))).collect();
     let (met, off) = compared(&expected, &found);
     assert!(met > 1000, "{met} rays meet the land");
@@ -585,7 +579,7 @@ fn closed_meshes_do_not_leak() {
     scene.population.instances = [instance].into();
     let film = Film { width: 8, height: 8, exposure: 1.0, tone_map: ToneMap::None };
     let camera = Pinhole::look_at(Vec3::Y, Vec3::ZERO, 1.0, 1.0);
-    let tracer = tracer(&gpu);
+    let tracer = kit::tracer(&gpu);
     let tracing = tracer.begin(&scene, &film, &camera, Settings::default()).expect("begun");
     // At the corners and along the edges, where a leak would be.
     let mesh = ball(Vec3::ZERO, 1.0, 1.0, 16, true);
@@ -616,7 +610,7 @@ fn closed_meshes_do_not_leak() {
 fn traced(gpu: &Gpu, scene: &Scene, width: u32, height: u32, samples: &[u32]) -> Vec<[f32; 3]> {
     let film = Film { width, height, exposure: 1.0, tone_map: ToneMap::None };
     let camera = Pinhole::look_at(Vec3::new(0.2, -0.1, 0.1), Vec3::NEG_Y, 1.0, width as f32 / height as f32);
-    let tracer = tracer(gpu);
+    let tracer = kit::tracer(gpu);
     let settings = Settings { bounces: 3, ..Settings::default() };
     let mut tracing = tracer.begin(scene, &film, &camera, settings).expect("begun");
     for samples in samples {
@@ -640,7 +634,7 @@ fn the_sequence_is_worth_its_work() {
         let square = |pixel: &[f32; 3]| (f64::from(pixel[1]) - 0.33300781).powi(2);
         (pixels.iter().map(square).sum::<f64>() / pixels.len() as f64).sqrt()
     };
-    let sequence = error(tracer(&gpu));
+    let sequence = error(kit::tracer(&gpu));
     let independent = error(&Tracer::independent(&gpu).expect("a tracer"));
     let gain = independent / sequence;
     eprintln!("RMSE·√spp {:.4} instead of {:.4}: {gain:.2} times lower", 8.0 * sequence, 8.0 * independent);

@@ -1,7 +1,7 @@
 //! What `--json` prints: one object about the run, whether it went well or not.
 
 use super::{Error, cli::output};
-use crate::bench::{Bench, Forest, Rays};
+use crate::bench::{Bench, Forest, Picture, Rays};
 use crate::formats::file::Written;
 use serde::Serialize;
 use std::fmt::Display;
@@ -55,6 +55,8 @@ pub enum Details {
     Forest(Forest),
     #[serde(untagged)]
     Rays(Rays),
+    #[serde(untagged)]
+    Picture(Picture),
 }
 
 #[derive(Serialize)]

@@ -1,6 +1,6 @@
 //! How fast land is made here: each process on the device, beside the same steps in plain Rust ([`native`]); and how fast a
-//! large forest is ([`mod@forest`]), and
-//! how many rays a second are traced ([`trace`]).
+//! large forest is ([`mod@forest`]),
+//! how many rays a second are traced ([`trace`]), and how fast that makes a clean picture ([`mod@picture`]).
 //!
 //! What is compared is work, not waiting: on a CPU device the time that the threads of this process were busy, over the
 //! cores; on a GPU its own timestamps. Device and native version take turns in batches, so that whatever slows the
@@ -12,10 +12,12 @@ mod estimate;
 pub mod forest;
 mod memory;
 pub mod native;
+pub mod picture;
 pub mod trace;
 
 pub use estimate::estimate;
 pub use forest::{Forest, forest};
+pub use picture::{Picture, picture};
 pub use trace::{Rays, rays};
 
 use crate::{

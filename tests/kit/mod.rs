@@ -17,6 +17,7 @@ use std::{
 };
 use terrane::gpu::{Gpu, MessageLog, Options};
 use terrane::raster::Renderer;
+use terrane::trace::Tracer;
 
 /// The device that the tests of one process share. Any validation message fails the test that drops the guard.
 pub fn gpu() -> Guard {
@@ -30,6 +31,12 @@ pub fn gpu() -> Guard {
 pub fn renderer(gpu: &Gpu) -> &'static Renderer {
     static SHARED: OnceLock<Renderer> = OnceLock::new();
     SHARED.get_or_init(|| Renderer::new(gpu).expect("a renderer"))
+}
+
+/// The tracer of the device that tests share.
+pub fn tracer(gpu: &Gpu) -> &'static Tracer {
+    static SHARED: OnceLock<Tracer> = OnceLock::new();
+    SHARED.get_or_init(|| Tracer::new(gpu).expect("a tracer"))
 }
 
 /// A device of its own, under validation too.

@@ -1,12 +1,15 @@
 //! `terrane bench`: how fast this machine makes land, and plants it.
 
-use super::options::{DeviceOptions, OutputOptions};
+use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use super::output::print;
+use crate::app::population::Garden;
 use crate::app::report::Details;
 use crate::app::{Error, Session, interrupt, land};
 use crate::bench::{self, Bench};
 use crate::gpu::Gpu;
-use clap::{Args, ValueEnum, value_parser};
+use crate::scene::Film;
+use clap::{Args, ValueEnum, ValueHint, value_parser};
+use std::path::PathBuf;
 use std::time::Duration;
 
 /// Measure how fast this machine makes land, beside the same steps in plain Rust, and how fast it plants a forest
@@ -15,6 +18,10 @@ pub struct Arguments {
     /// What to measure
     #[arg(value_enum, default_value = "terrain")]
     subject: Subject,
+
+    /// With picture: world file
+    #[arg(value_hint = ValueHint::AnyPath)]
+    world: Option<PathBuf>,
 
     /// With terrain: samples along a side, from 32 to 4096; several with commas between, for example --cells 512,1024
     #[arg(long, value_name = "N", value_delimiter = ',', default_value = "512,2048")]
@@ -39,6 +46,8 @@ enum Subject {
     Forest,
     /// Rays through a million triangles
     Trace,
+    /// Samples and error of a small path traced picture of a world
+    Picture,
 }
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
@@ -48,6 +57,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         Subject::Terrain => terrain(&gpu, arguments, session),
         Subject::Forest => forest(&gpu, arguments, session),
         Subject::Trace => trace(&gpu, arguments, session),
+        Subject::Picture => picture(&gpu, arguments, session),
     }
 }
 
@@ -87,6 +97,34 @@ fn trace(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<(), 
     session.report.details = Some(Details::Rays(rays));
     Ok(())
 }
+
+fn picture(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let Some(path) = &arguments.world else {
+        return Err(Error::Usage("bench picture: name a world, for example configs/forest/tiny.toml".into()));
+    };
+    let options = WorldOptions { world: path.clone(), set: Vec::new(), seed: None, no_cache: false };
+    let world = land::load(&options, session)?;
+    let film = Film { width: WIDTH, height: HEIGHT, ..world.film };
+    let simulation = land::simulate(gpu, &world, session)?;
+    let camera = land::camera(gpu, &world, &simulation)?;
+    let garden = Garden::new(gpu, &world, &simulation, session)?;
+    let population = garden.populate(&camera, &film, session)?;
+    let pinhole = garden.pinhole(&camera, &film);
+    let scene = land::scene(&world, simulation.land()?, camera, population);
+    let view = (&scene, &film, &pinhole);
+    let picture = bench::picture(gpu, &world.name, view, world.tracing, interrupt::requested, |row| {
+        session.progress.say(&format!("{}: {:.0} samples a second", row.numbers, row.samples_per_second));
+    })?;
+    if !arguments.output.json {
+        print(picture.to_string().as_bytes())?;
+    }
+    session.report.details = Some(Details::Picture(picture));
+    Ok(())
+}
+
+/// Of the picture that is traced, pixels.
+const WIDTH: u32 = 160;
+const HEIGHT: u32 = 90;
 
 /// Reads a time, up to a minute.
 fn seconds(text: &str) -> Result<Duration, String> {
