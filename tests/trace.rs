@@ -671,3 +671,35 @@ fn the_sea_in_a_furnace() {
         }
     }
 }
+
+/// A picture of the sky that is lit below the horizon alone: over the sea nobody sees that, whether it is looked for or met by chance.
+#[test]
+fn the_sea_hides_what_is_below_the_horizon() {
+    let gpu = kit::gpu();
+    let texels = (0..128).map(|index| [if index >= 64 { 1.0 } else { 0.0 }; 3]).collect();
+    let wall = sheet(Vec3::new(-5.0, 1.0, 0.0), 10.0 * Vec3::X, 2.0 * Vec3::Y);
+    let mut scene = with(empty(&gpu), vec![(wall, grey(0.5))]);
+    scene.light.sky = Sky::Map(Arc::new(SkyMap { width: 16, height: 8, texels, rotation: 0.0 }));
+    let (eye, target) = (Vec3::new(0.0, 2.0, 4.0), Vec3::new(0.0, 2.0, 0.0));
+    let (seen, _) = radiance(&gpu, &scene, 1, eye, target);
+    assert!(seen > 0.1, "there is light without a sea: {seen}");
+    (scene.ground.sea_level, scene.sea.level) = (0.0, 0.0);
+    // The light of the map's horizon fades over half a texel to its other side.
+    let (seen, error) = radiance(&gpu, &scene, 1, eye, target);
+    assert!(seen < 0.03, "{seen} ± {error}");
+}
+
+/// Black water over an endless bottom sends nothing back, however far away it is: the sky is not seen through it.
+#[test]
+fn the_open_sea_has_no_light_below() {
+    let gpu = kit::gpu();
+    let mut scene = sky(empty(&gpu), 1.0);
+    (scene.ground.sea_level, scene.sea.level) = (0.0, 0.0);
+    scene.sea.attenuation = [10.0; 3];
+    for along in [0.0, 3.0, 30.0].map(|extents| extents * scene.ground.grid.extent) {
+        let target = Vec3::new(along, 0.0, 0.0);
+        let (seen, error) = radiance(&gpu, &scene, 8, target + 40.0 * Vec3::Y, target);
+        // What flat water mirrors straight up: ((1.34 − 1)/(1.34 + 1))².
+        assert!((seen - 0.0211).abs() <= 4.0 * error + 0.002, "{along}: {seen} ± {error}");
+    }
+}

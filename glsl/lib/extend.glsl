@@ -31,9 +31,6 @@ layout(push_constant, scalar) uniform Push {
 // The nearest triangle before `reach`; any of them if `any_`.
 Hit trace(vec3 origin, vec3 direction, float reach, const bool any_);
 
-// Distance beyond which the sea is not seen, metres.
-const float HORIZON = 1e6;
-
 void main() {
     uint slot = gl_GlobalInvocationID.x;
     if (slot >= turns[push.turn].paths) return;

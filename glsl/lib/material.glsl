@@ -62,7 +62,10 @@ Coat coat(Material material, vec3 point, uint random, float footprint) {
     vec3 here = tint_at(material.reflectance, point, footprint);
     vec3 varied = variation(random);
     vec3 share = (here + 1e-3) / (mean + 1e-3) * varied;
-    return Coat(clamp(here * varied, 0.0, 0.95), clamp(material.transmittance * share, 0.0, 0.95));
+    Coat found = Coat(max(here * varied, 0.0), max(material.transmittance * share, 0.0));
+    // Nothing sends out more than it gets, on both sides together.
+    vec3 most = min(vec3(1.0), 0.95 / max(found.reflectance + found.transmittance, 1e-6));
+    return Coat(most * found.reflectance, most * found.transmittance);
 }
 
 #endif

@@ -45,6 +45,9 @@ struct Turn {
 };
 
 // What the programs that turn paths are to do.
+// Distance beyond which the sea is not seen, metres.
+const float HORIZON = 1e6;
+
 struct Work {
     uint seed;
     uint index;          // of the sample
@@ -54,6 +57,7 @@ struct Work {
     uint turn;           // scatterings so far
     uint bounces;        // scatterings that a path may have
     uint plain;          // 1: materials have their mean colour and nothing else
+    float sea_level;     // least of numbers where there is none
 };
 
 #endif

@@ -113,7 +113,10 @@ Light find_light(uint index, Path path, float height_) {
         density = (1.0 - share) / sun_solid_angle();
         radiance = sun_radiance();
     }
-    if (density <= 0.0 || path.medium == WATER && direction.y <= 0.0) return Light(vec3(0.0), vec3(0.0), 0.0, 1.0);
+    // From above the sea hides what is below the horizon; from below the way through it is one more turn.
+    bool hidden = path.medium == WATER ? direction.y <= 0.0 || push.work.turn + 2u > push.work.bounces
+                                       : direction.y < 0.0 && (push.work.sea_level - height_) / direction.y < HORIZON;
+    if (density <= 0.0 || hidden) return Light(vec3(0.0), vec3(0.0), 0.0, 1.0);
     if (path.medium == WATER) return through_sea(direction, radiance, density, max(frame.sea_level - height_, 0.0));
     return Light(direction, radiance / density, density, 1.0);
 }

@@ -31,6 +31,14 @@ void main() {
     uint index = queue[slot];
     Path path = paths[index];
     if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0u);
+    if (path.medium == WATER) {
+        // Beyond the land's skirt the sea has no bottom: only its own light comes from there.
+        const float ENDLESS = 1e30;
+        Hit hit = hits[index];
+        hit.range = ENDLESS;
+        arrive(index, path, hit);
+        return;
+    }
     vec3 light = beyond(path);
     // Clouds are a backdrop: the eye sees them, and they give no light. Other renderers don't have them.
     if (push.work.turn == 0u && push.work.plain == 0u) light = with_clouds(light, path.direction, 1e9);

@@ -63,8 +63,13 @@ pub fn write_layered(path: &Path, picture: Layered, half: bool) -> Result<(Writt
     let Layered { size, origin, whole, white_luminance, comments, channels } = picture;
     let mut clamped = 0;
     let channels = channels.into_iter().map(|(name, values)| {
-        let samples =
-            if half { FlatSamples::F16(halved(&values, &mut clamped)) } else { FlatSamples::F32(values) };
+        // Numbers, lengths and places need more digits than light does.
+        let exact =
+            ["depth.", "object.", "position.", "samples."].iter().any(|layer| name.starts_with(layer));
+        let samples = match half && !exact {
+            true => FlatSamples::F16(halved(&values, &mut clamped)),
+            false => FlatSamples::F32(values),
+        };
         AnyChannel::new(name.as_str(), samples)
     });
     let channels = AnyChannels::sort(channels.collect());
@@ -72,7 +77,7 @@ pub fn write_layered(path: &Path, picture: Layered, half: bool) -> Result<(Writt
         white_luminance: Some(white_luminance),
         software_name: Text::new_or_none(concat!("terrane ", env!("CARGO_PKG_VERSION"))),
         // The order of attributes that the format does not know is not kept, so that all of ours are one.
-        comments: Text::new_or_none(&comments),
+        comments: Text::new_or_none(latin(&comments)),
         layer_position: Vec2(origin[0] as i32, origin[1] as i32),
         ..LayerAttributes::default()
     };
@@ -82,6 +87,11 @@ pub fn write_layered(path: &Path, picture: Layered, half: bool) -> Result<(Writt
     image.attributes.display_window = IntegerBounds::from_dimensions(extent(whole));
     let written = file::write(path, |writer| image.write().to_buffered(writer).map_err(plain))?;
     Ok((written, clamped))
+}
+
+/// Texts of the format are in Latin-1.
+fn latin(text: &str) -> String {
+    text.chars().map(|letter| if u32::from(letter) < 256 { letter } else { '?' }).collect()
 }
 
 fn halved(values: &[f32], clamped: &mut u64) -> Vec<f16> {

@@ -274,7 +274,7 @@ impl Sums {
 
     /// All that is known of the picture, as channels of an EXR: radiance times exposure, albedo, normal, position (m), distance
     /// from the eye (m), number of the instance (1 is the first; 0 is land, sea and sky), samples and the variance of the mean.
-    /// What belongs to a surface is the mean over those samples that met one.
+    /// Normal, position and distance are means over those samples that met a surface, the others over all.
     pub fn channels(&self) -> Vec<(String, Vec<f32>)> {
         let mut planes = vec![vec![0.0; self.pixels.len()]; NAMES.len()];
         self.for_each(|index, pixel, range| {

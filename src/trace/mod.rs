@@ -406,7 +406,8 @@ impl Tracing<'_> {
         );
         for turn in 0..=bounces {
             let (queue, next) = (&queues[turn as usize % 2], &queues[(turn as usize + 1) % 2]);
-            let work = Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into() };
+            let work =
+                Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into(), sea_level };
             let push = extend::Push { turn, sea_level, lattice };
             tracer.rays.extend(&mut rec, size[0], push, world, &self.paths, queue);
             rec.concurrent(|rec| {

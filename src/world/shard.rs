@@ -69,6 +69,8 @@ pub struct Header {
     pub flaws: Flaws,
     /// Of a frame that is finished: what it was to be. Its sums are not kept.
     pub finished: Option<String>,
+    /// SHA-256 of the picture that was made of the sums when they were complete, and how it was made.
+    pub picture: Option<String>,
 }
 
 /// A shard that is whole. Its sums are not in memory yet.

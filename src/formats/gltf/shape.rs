@@ -310,7 +310,11 @@ impl<'a> Shapes<'a> {
         if let Some(extras) = extras::<MaterialExtras>(from.extras.as_deref()) {
             let MaterialExtras { reflectance, position_factor, value_factor, transmittance } = extras;
             material.reflectance = reflectance.map(|color| color.map(share));
-            material.transmittance = transmittance.map(share);
+            // Both sides together send out no more than arrives.
+            material.transmittance = std::array::from_fn(|channel| {
+                let most = material.reflectance.map(|color| color[channel]);
+                share(transmittance[channel]).min(1.0 - most[0].max(most[1]))
+            });
             material.position_factor = if position_factor.is_finite() { position_factor } else { 1.0 };
             material.value_factor = if value_factor.is_finite() { value_factor } else { 1.0 };
         }

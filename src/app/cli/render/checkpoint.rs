@@ -20,7 +20,8 @@ pub struct Checkpoint {
 /// What an earlier run has left.
 pub enum Found {
     Nothing,
-    Sums(Sums),
+    /// What was traced, and what is known of the picture that was made of it.
+    Sums(Sums, Option<String>),
     /// A frame was finished, in this way.
     Finished(String),
 }
@@ -33,7 +34,8 @@ impl Checkpoint {
             name.push(ending);
             PathBuf::from(name)
         };
-        let header = Header { render, crop, first, of, flaws: Default::default(), finished: None };
+        let header =
+            Header { render, crop, first, of, flaws: Default::default(), finished: None, picture: None };
         Checkpoint { path: named(".checkpoint"), older: named(".checkpoint.1"), header }
     }
 
@@ -72,7 +74,8 @@ impl Checkpoint {
         if let Some(finished) = &shard.header.finished {
             return Ok(Found::Finished(finished.clone()));
         }
-        Ok(shard.sums()?.map_or(Found::Nothing, Found::Sums))
+        let picture = shard.header.picture.clone();
+        Ok(shard.sums()?.map_or(Found::Nothing, |sums| Found::Sums(sums, picture)))
     }
 
     /// What makes a shard another one's checkpoint: there and here.
@@ -93,9 +96,9 @@ impl Checkpoint {
         differences
     }
 
-    /// Writes it; the one before it becomes the older one.
-    pub fn write(&self, sums: &Sums) -> Result<(), Error> {
-        let header = Header { flaws: sums.flaws(), ..self.header.clone() };
+    /// Writes it; the one before it becomes the older one. `picture` tells of the picture that was made of complete sums.
+    pub fn write(&self, sums: &Sums, picture: Option<String>) -> Result<(), Error> {
+        let header = Header { flaws: sums.flaws(), picture, ..self.header.clone() };
         Ok(shard::write(&self.path, Some(&self.older), &header, Some(sums))?)
     }
 

@@ -332,15 +332,15 @@ impl<'a> Job<'a> {
         if goal.is_shard && shot.path.is_file() {
             // Its samples are all it has.
             let own = Checkpoint::shard(&shot.path, &checkpoint);
-            if let Found::Sums(sums) = own.load(session)?
+            if let Found::Sums(sums, _) = own.load(session)?
                 && goal.is_done(&sums, &Noise::default())
             {
                 self.leave(shot, "has all its samples", session)?;
                 return Ok(true);
             }
         }
-        let sums = match checkpoint.load(session)? {
-            Found::Sums(sums) => sums,
+        let (sums, picture) = match checkpoint.load(session)? {
+            Found::Sums(sums, picture) => (sums, picture),
             _ => {
                 let path = checkpoint.path.display();
                 session
@@ -354,7 +354,9 @@ impl<'a> Job<'a> {
             return Ok(false);
         }
         session.report.checkpoint = Some(checkpoint.path.to_string_lossy().into_owned());
-        if shot.path.is_file() && self.denoiser.is_none() {
+        // It may be of fewer samples, if a run ended before it wrote the last one.
+        let there = file::found(&shot.path).ok().map(|found| self.known(&found.sha256));
+        if there.is_some() && there == picture {
             self.leave(shot, "has all its samples", session)?;
         } else {
             self.finish(shot, checkpoint, &sums, session)?;
@@ -381,7 +383,7 @@ impl<'a> Job<'a> {
         let checkpoint = self.checkpoint(gpu, shot)?;
         if gathered.is_none()
             && self.arguments.resume
-            && let Found::Sums(sums) = checkpoint.load(session)?
+            && let Found::Sums(sums, _) = checkpoint.load(session)?
         {
             *gathered = Some(sums);
         }
@@ -395,6 +397,12 @@ impl<'a> Job<'a> {
         }
         session.progress.end();
         self.finish(shot, checkpoint, &sums, session)
+    }
+
+    /// What a checkpoint says of the picture with this SHA-256.
+    fn known(&self, sha256: &str) -> String {
+        let Finish { half, denoise } = &self.arguments.limits.finish;
+        format!("{sha256}, half {half}, denoise {denoise:?}")
     }
 
     /// Writes the finished picture; with its noise, if that can't be taken out.
@@ -427,10 +435,12 @@ impl<'a> Job<'a> {
             picture::warnings(sums, 0).into_iter().for_each(|warning| session.warn(warning));
             return Ok(());
         }
+        let made = self.picture(shot, &checkpoint, sums);
         if shot.frame.is_none() {
-            checkpoint.write(sums)?;
+            let known = made.as_ref().ok().map(|(written, _)| self.known(&written.sha256));
+            checkpoint.write(sums, known)?;
         }
-        let (written, clamped) = self.picture(shot, &checkpoint, sums)?;
+        let (written, clamped) = made?;
         picture::warnings(sums, clamped).into_iter().for_each(|warning| session.warn(warning));
         let [width, height] = sums.crop().size;
         let noise =

@@ -91,7 +91,7 @@ impl Goal<'_> {
         let any = sums.progress().1 > 0;
         if any {
             self.place.make()?;
-            checkpoint.write(sums)?;
+            checkpoint.write(sums, None)?;
         }
         Ok(any)
     }
