@@ -21,7 +21,7 @@ FORESTS = default=forest/default dead=forest/dead mountain=forest/mountain reef=
 help:
 	@echo 'make demo       build, and render an island to out/volcano.png and a wooded one to out/reef_forest.png'
 	@echo 'make species    pictures of all species, in docs/pictures'
-	@echo 'make forests    pictures of the forests, in docs/pictures; the land of two takes minutes'
+	@echo 'make forests    pictures of the forests, in docs/pictures: takes minutes, and oidnDenoise'
 	@echo 'make install    the program, its manual and completions for shells, below PREFIX=$(PREFIX)'
 	@echo 'make test       the test suite, on the Vulkan device that is found (lavapipe will do)'
 	@echo 'make test-long  the tests that take too long for every change'
@@ -48,8 +48,10 @@ species:
 forests:
 	@scripts/install.sh
 	set -e; for forest in $(FORESTS); do \
-		$(RUN) render configs/$${forest#*=}.toml -o docs/pictures/forest_$${forest%%=*}.png --size 800x450; \
+		$(RUN) render configs/$${forest#*=}.toml -o docs/pictures/forest_$${forest%%=*}.png --size 800x450 \
+			--renderer raster; \
 	done
+	$(RUN) render configs/landscape/reef_forest.toml --size 640x360 --spp 8 --denoise -o docs/pictures/traced_reef.png
 
 install:
 	@scripts/install.sh
