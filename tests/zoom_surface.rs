@@ -406,7 +406,7 @@ proptest! {
         let mut exact = Fixed::from(at.whole());
         (1..=level).for_each(|digit| exact.add((at.slice(digit) & 1) as i64, digit));
         exact.add(past as i64, level + 32);
-        let offset = exact.offset(lattice.wrapping_add(cells as u64), level);
+        let offset = exact.at(level).to(lattice.wrapping_add(cells as u64));
         let expected = (cells as f64 * 4_294_967_296.0 - past as f64) / 4_294_967_296.0;
         prop_assert!((offset - expected).abs() <= expected.abs() * f64::EPSILON, "{} {}", offset, expected);
     }

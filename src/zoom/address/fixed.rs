@@ -2,7 +2,7 @@
 
 /// A multiple of some 2⁻ⁿ, in two's complement: a whole part modulo 2⁶⁴ and digits behind the point, as many as there are.
 ///
-/// One number that is exact, and small differences to it ([`offset`](Fixed::offset)) in machine numbers: the cure of deep zooms
+/// One number that is exact, and small differences to it ([`Coordinate::to`]) in machine numbers: the cure of deep zooms
 /// into the Mandelbrot set. Digits are windows of 64 bits, so nothing is carried from level to level and nothing can drift.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Fixed {
@@ -43,13 +43,9 @@ impl Fixed {
         }
     }
 
-    /// `lattice` − self · 2^`level`: how far a lattice coordinate of a level (modulo 2⁶⁴, less than 2⁶³ away) is, in cells of the
-    /// level. Rounded once.
-    pub fn offset(&self, lattice: u64, level: u32) -> f64 {
-        let cells = i128::from(lattice.wrapping_sub(self.slice(level)) as i64);
-        let behind = i128::from(self.slice(level + 64));
-        const UNIT: f64 = 1.0 / (1u128 << 64) as f64;
-        (cells << 64).saturating_sub(behind) as f64 * UNIT
+    /// The number as seen from the lattice of a level.
+    pub fn at(&self, level: u32) -> Coordinate {
+        Coordinate { whole: self.slice(level), behind: self.slice(level + 64) }
     }
 
     /// Adds `amount` · 2^−`level`.
@@ -93,5 +89,21 @@ impl Fixed {
         while self.limbs.last() == Some(&0) {
             self.limbs.pop();
         }
+    }
+}
+
+/// A number in cells of one level: the cell modulo 2⁶⁴, and 64 digits of how far into it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Coordinate {
+    pub whole: u64,
+    pub behind: u64,
+}
+
+impl Coordinate {
+    /// From here to a lattice point (modulo 2⁶⁴, less than 2⁶³ cells away), cells. Rounded once.
+    pub fn to(self, lattice: u64) -> f64 {
+        const UNIT: f64 = 1.0 / (1u128 << 64) as f64;
+        let whole = i128::from(lattice.wrapping_sub(self.whole) as i64);
+        (whole << 64).saturating_sub(self.behind.into()) as f64 * UNIT
     }
 }

@@ -3,7 +3,7 @@
 mod fixed;
 mod location;
 
-pub use fixed::Fixed;
+pub use fixed::{Coordinate, Fixed};
 pub use location::{Attitude, CodeError, Location, MOST_LETTERS};
 
 /// The deepest level. A place so deep is 400 KB.

@@ -27,6 +27,7 @@ pub use tile::{Tile, base};
 
 use super::address::Cell;
 use std::{
+    array::from_fn,
     num::Wrapping,
     ops::{Add, Shr, Sub},
 };
@@ -237,18 +238,25 @@ impl Patch {
 }
 
 /// Heights at the corners 00, 10, 01, 11 (x, z) of a cell, modulo 2⁶⁴. Differences between them are exact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Corners(pub [i64; 4]);
 
 impl Corners {
     /// The corners of the children of `cell`, in the order 00, 10, 01, 11: all that the vertices between hang on are the corners.
     pub fn children(self, surface: &Surface, cell: Cell) -> [Corners; 4] {
-        let [x, z] = [cell.x, cell.z];
-        let heights = self.0.map(Wrapping).to_vec();
-        let coarse = Patch { level: cell.level, x, z, size: 2, heights };
-        let fine = coarse.refine(surface, x.wrapping_mul(2), z.wrapping_mul(2), 3);
-        let fine = fine.expect("three vertices lie on two");
-        [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[column, row]| fine.corners(column, row))
+        let [x, z] = [cell.x, cell.z].map(|coordinate| coordinate.wrapping_mul(2));
+        let octave = surface.octave(cell.level + 1);
+        let rises = rises(cell.x, cell.z);
+        let fine = |column: usize, row: usize| {
+            let corner = |right, down| Wrapping(self.0[column / 2 + right + 2 * (row / 2 + down)]);
+            let coarse = twice(surface.refinement, [column % 2 == 1, row % 2 == 1], rises, corner);
+            (coarse + Wrapping(octave.at(x.wrapping_add(column as u64), z.wrapping_add(row as u64)).into())).0
+        };
+        let fine: [[i64; 3]; 3] = from_fn(|row| from_fn(|column| fine(column, row)));
+        from_fn(|quarter| {
+            let [column, row] = [quarter % 2, quarter / 2];
+            Corners(from_fn(|corner| fine[row + corner / 2][column + corner % 2]))
+        })
     }
 
     /// The lowest and the highest that the surface comes in the cell, modulo 2⁶⁴, whatever its octaves to come are: these sum to half an amplitude, a

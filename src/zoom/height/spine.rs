@@ -1,7 +1,7 @@
 //! Heights around a place at every level: what tiles, distances and flights start from.
 
-use super::{Patch, Surface};
-use crate::zoom::address::Place;
+use super::{FRACTION_BITS, Patch, Surface};
+use crate::zoom::address::{Fixed, Place};
 use std::collections::VecDeque;
 
 /// Vertices along a side of a patch.
@@ -16,8 +16,8 @@ pub const REACH: u64 = 7;
 const CHECKPOINT_SIZE: usize = 12;
 const CHECKPOINT_REACH: u64 = 5;
 
-/// Levels from one checkpoint to the next: 2.25 bytes a level.
-const STRIDE: u32 = 512;
+/// Levels from one checkpoint to the next: 1.2 bytes a level.
+const STRIDE: u32 = 1024;
 
 /// Levels that are kept as whole patches, the deepest ones: 2 KB each.
 const KEPT: usize = 640;
@@ -64,6 +64,19 @@ impl Spine {
             None => self.restart(place, level),
         }
         &self.patches[(level - self.first_level()) as usize]
+    }
+
+    /// The height of the lower corner of the place's cell of a level, without wrapping, in amplitudes of octave 0. Takes the sum over all levels.
+    pub fn ground(&mut self, place: &Place, level: u32) -> Fixed {
+        let mut ground = Fixed::default();
+        let mut last = 0i64;
+        for level in 0..=level {
+            let height = self.patch(place, level).height(REACH as usize, REACH as usize);
+            // Differences of wrapped heights are exact, sums of them too.
+            ground.add(height.wrapping_sub(last.wrapping_mul(2)), level + FRACTION_BITS);
+            last = height;
+        }
+        ground
     }
 
     /// The level of the first patch that is kept.
