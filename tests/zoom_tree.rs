@@ -228,8 +228,9 @@ fn what_is_not_ready_is_not_drawn() {
         same.wait_for(|_| true);
         assert_eq!(same.leaves(), all.leaves());
         for missing in [1000, 100, 10, 2, 1] {
-            let is_ready =
-                |cell: Cell| words(cell.x ^ cell.z.rotate_left(32) ^ u64::from(cell.level))() % missing != 0;
+            let is_ready = |cell: Cell| {
+                !words(cell.x ^ cell.z.rotate_left(32) ^ u64::from(cell.level))().is_multiple_of(missing)
+            };
             let mut tree = all.clone();
             tree.wait_for(is_ready);
             let leaves = tree.leaves();
