@@ -1,9 +1,10 @@
 //! Which tiles of a zoom are looked at: all of the ground, once, as finely as it is near, neighbours one level apart.
 
-use std::collections::HashSet;
+use glam::DVec3;
+use std::collections::{HashMap, HashSet};
 use terrane::zoom::{
     address::{Cell, Place},
-    height::{Refinement, Roughness, Spine, Surface},
+    height::{Corners, FRACTION_BITS, Refinement, Roughness, Spine, Surface},
     motion::{Autopilot, Depth},
     tree::{Borders, Detail, Eye, Leaf, TooMany, Tree},
 };
@@ -158,7 +159,7 @@ fn nothing_is_split_without_need() {
         let leaves = tree.leaves();
         let known: HashSet<Cell> = leaves.iter().map(|leaf| leaf.cell).collect();
         assert!(leaves.iter().all(|leaf| leaf.distance >= 2.0));
-        for (cell, corners) in tree.cells().filter(|(cell, _)| !known.contains(cell)) {
+        for (cell, corners) in tree.nodes().filter(|(cell, _)| !known.contains(cell)) {
             let eye = Eye::new(spine.surface(), place, cell.level);
             if eye.square_to(cell.x, cell.z, corners) < 4.0 {
                 continue;
@@ -237,6 +238,124 @@ fn what_is_not_ready_is_not_drawn() {
             check(&leaves, root);
             assert!(leaves.iter().all(|leaf| leaf.cell.level == root.level || is_ready(leaf.cell)));
         }
+    });
+}
+
+/// log₂ of the quads along a side of a tile.
+const BITS: u32 = 4;
+
+/// The heights of a tile's vertices, without its ring, rows of x: they hang on its corners alone.
+fn vertices(surface: &Surface, leaf: &Leaf) -> Vec<i64> {
+    let side = (1usize << BITS) + 1;
+    let mut heights = vec![0; side * side];
+    let mut cells = vec![(leaf.cell, leaf.corners, [0, 0])];
+    for bit in (0..BITS).rev() {
+        let children = |(cell, corners, [column, row]): (Cell, Corners, [usize; 2])| {
+            let quarters = [[0, 0], [1, 0], [0, 1], [1, 1]];
+            quarters.into_iter().zip(corners.children(surface, cell)).map(move |([right, down], corners)| {
+                let at = [column | right << bit, row | down << bit];
+                (cell.child([right as u32, down as u32]), corners, at)
+            })
+        };
+        cells = cells.into_iter().flat_map(children).collect();
+    }
+    for (_, Corners(corners), [column, row]) in cells {
+        for (corner, height) in corners.into_iter().enumerate() {
+            heights[(row + corner / 2) * side + column + corner % 2] = height;
+        }
+    }
+    heights
+}
+
+/// How much of its octave a vertex has at a distance in sides of its tile: it fades out before the tile is replaced by its parent.
+fn share(distance: f64) -> f64 {
+    let (from, to) = (2.0 + 1.5625, 4.0);
+    let t = ((distance - from) / (to - from)).clamp(0.0, 1.0);
+    1.0 - t * t * (3.0 - 2.0 * t)
+}
+
+/// What a leaf's border is drawn as: vertices in units of the level `finest`, and their heights. A vertex has a share of its octave that
+/// its distance tells; with `rules`, beside other levels, it has all of it or nothing, and odd vertices beside a coarser tile are drawn where an even one is.
+fn border(surface: &Surface, place: &Place, leaf: &Leaf, finest: u32, rules: bool) -> Vec<([u64; 2], f64)> {
+    let level = leaf.cell.level + BITS;
+    let (octave, eye) = (surface.octave(level), Eye::new(surface, place, level));
+    let heights = vertices(surface, leaf);
+    let quads = 1u64 << BITS;
+    let scale = finest - level;
+    let draw = |[i, j]: [u64; 2]| {
+        let [x, z] = [(leaf.cell.x, i), (leaf.cell.z, j)].map(|(of, step)| (of << BITS).wrapping_add(step));
+        let noise = i64::from(octave.at(x, z));
+        let coarse = heights[(j * (quads + 1) + i) as usize].wrapping_sub(noise);
+        let mut share = share(DVec3::from_array(eye.to(x, coarse, z)).length() / quads as f64);
+        let edges = [i == 0, i == quads, j == 0, j == quads];
+        let is_corner = [0, quads].contains(&i) && [0, quads].contains(&j);
+        let at = if is_corner {
+            vec![((i + 2 * j) / quads) as usize]
+        } else {
+            (0..4).filter(|edge| edges[*edge]).collect()
+        };
+        let borders = leaf.borders;
+        let any = |corner: fn(Borders, usize) -> bool, edge: fn(Borders, usize) -> bool| {
+            at.iter().any(|at| if is_corner { corner(borders, *at) } else { edge(borders, *at) })
+        };
+        if rules && any(Borders::corner_is_coarser, Borders::edge_is_coarser) {
+            share = 0.0;
+        } else if rules && any(Borders::corner_is_finer, Borders::edge_is_finer) {
+            share = 1.0;
+        }
+        let is_odd = !is_corner && (i | j) % 2 == 1;
+        let collapses = rules && is_odd && any(Borders::corner_is_coarser, Borders::edge_is_coarser);
+        let up = (coarse << scale).wrapping_sub(place.y.slice(finest + FRACTION_BITS) as i64);
+        (!collapses).then_some(([x << scale, z << scale], up as f64 + share * (noise << scale) as f64))
+    };
+    let all = (0..=quads).flat_map(|j| (0..=quads).map(move |i| [i, j]));
+    all.filter(|at| at.iter().any(|of| [0, quads].contains(of))).filter_map(draw).collect()
+}
+
+/// Vertices at borders that are drawn at two heights, or by one tile alone.
+fn cracks(spine: &mut Spine, place: &Place, depth: u32, rules: bool) -> usize {
+    let tree = tree(spine, place, depth);
+    let leaves = tree.leaves();
+    let root = spine.patch(place, depth - OCTAVES).cell(0, 0);
+    let finest = leaves.iter().map(|leaf| leaf.cell.level).max().unwrap_or(0) + BITS;
+    let mut known: HashMap<[u64; 2], (f64, u32)> = HashMap::new();
+    let mut torn = HashSet::new();
+    for leaf in &leaves {
+        for (at, height) in border(spine.surface(), place, leaf, finest, rules) {
+            let (first, count) = known.entry(at).or_insert((height, 0));
+            *count += 1;
+            if *first != height {
+                torn.insert(at);
+            }
+        }
+    }
+    let end = 15u64 << (finest - root.level);
+    let from_root = |at: u64, root_at: u64| at.wrapping_sub(root_at << (finest - root.level));
+    let is_outside = |[x, z]: [u64; 2]| {
+        [from_root(x, root.x), from_root(z, root.z)].iter().any(|from| [0, end].contains(from))
+    };
+    torn.extend(known.iter().filter(|(at, (_, count))| *count < 2 && !is_outside(**at)).map(|(at, _)| *at));
+    torn.len()
+}
+
+/// Tiles meet exactly: a vertex at a border is at one height for all that touch it, and no vertex of one lies on an edge of another.
+#[test]
+fn there_are_no_cracks() {
+    let mut without = 0;
+    places(8, |spine, place, depth| {
+        assert_eq!(cracks(spine, place, depth, true), 0);
+        without += cracks(spine, place, depth, false);
+    });
+    assert!(without > 0, "without rules there are");
+}
+
+/// 500 random places and 500 steered ones.
+#[test]
+#[ignore = "minutes: make test-long"]
+fn a_thousand_trees_are_balanced_and_have_no_cracks() {
+    places(500, |spine, place, depth| {
+        check(&tree(spine, place, depth).leaves(), spine.patch(place, depth - OCTAVES).cell(0, 0));
+        assert_eq!(cracks(spine, place, depth, true), 0);
     });
 }
 

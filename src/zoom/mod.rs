@@ -11,4 +11,5 @@
 pub mod address;
 pub mod height;
 pub mod motion;
+pub mod tiles;
 pub mod tree;

@@ -209,7 +209,7 @@ impl Tree {
     }
 
     /// All nodes from coarse to fine, leaves too: the tiles that leaves are made from.
-    pub fn cells(&self) -> impl Iterator<Item = (Cell, Corners)> + '_ {
+    pub fn nodes(&self) -> impl Iterator<Item = (Cell, Corners)> + '_ {
         self.levels.iter().enumerate().flat_map(move |(depth, level)| {
             let mut here: Vec<_> = level.iter().collect();
             here.sort_unstable_by_key(|([x, z], _)| [*z, *x]);

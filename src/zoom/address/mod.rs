@@ -44,6 +44,16 @@ impl Place {
         Cell { level, x: self.x.slice(level), z: self.z.slice(level) }
     }
 
+    /// The cell of the level before that a cell is a quarter of: the one near this place of those that it could be. `None` at level 0.
+    pub fn parent(&self, cell: Cell) -> Option<Cell> {
+        let near = self.cell(cell.level.checked_sub(1)?);
+        let half = |coordinate: u64, near: u64| {
+            let from = coordinate.wrapping_sub(near.wrapping_mul(2)) as i64;
+            near.wrapping_add((from >> 1) as u64)
+        };
+        Some(Cell { level: near.level, x: half(cell.x, near.x), z: half(cell.z, near.z) })
+    }
+
     /// Digits behind the point in the longest of the three numbers.
     pub fn digits(&self) -> u32 {
         self.x.digits().max(self.y.digits()).max(self.z.digits())

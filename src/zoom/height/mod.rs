@@ -230,6 +230,14 @@ impl Patch {
         Corners([height(0, 0), height(1, 0), height(0, 1), height(1, 1)])
     }
 
+    /// The corners of a cell. `None` if they are not here.
+    pub fn corners_of(&self, cell: Cell) -> Option<Corners> {
+        let [column, row] = [cell.x.wrapping_sub(self.x), cell.z.wrapping_sub(self.z)];
+        let last = self.size as u64 - 1;
+        let is_here = cell.level == self.level && column < last && row < last;
+        is_here.then(|| self.corners(column as usize, row as usize))
+    }
+
     /// The cell with this corner, counted from the first vertex.
     pub fn cell(&self, column: usize, row: usize) -> Cell {
         let at = |first: u64, index: usize| first.wrapping_add(index as u64);
