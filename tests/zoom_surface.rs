@@ -3,6 +3,7 @@
 #[path = "reference/zoom.rs"]
 mod naive;
 
+use glam::DVec3;
 use naive::{Naive, low};
 use num_bigint::BigInt;
 use proptest::prelude::*;
@@ -161,6 +162,24 @@ fn what_a_spine_keeps_does_not_show() {
         assert_eq!(*spine.patch(&place, level), fresh(&place, level), "level {level}");
         for place in &wall {
             assert_eq!(*spine.patch(place, level), fresh(place, level), "level {level} at the wall");
+        }
+    }
+}
+
+/// Places that have moved by some cells of the level of a checkpoint find it useful, or don't, and have the same heights.
+#[test]
+fn checkpoints_serve_their_neighbourhood() {
+    let surface = surface(6, Refinement::Triangles);
+    let place = random_place(4, 2000);
+    for level in [1025, 1300, 1343, 1344, 1345, 1700] {
+        for cells in -4..=4 {
+            let mut spine = Spine::new(surface);
+            spine.patch(&place, 1900);
+            let mut moved = place.clone();
+            moved.x.add(cells, 1024);
+            moved.z.add(-cells, 1024);
+            let expected = Spine::new(surface).patch(&moved, level).clone();
+            assert_eq!(*spine.patch(&moved, level), expected, "level {level}, {cells} cells");
         }
     }
 }
@@ -440,6 +459,25 @@ proptest! {
     fn no_text_is_too_strange_for_a_code(text in "\\PC*") {
         let _ = Location::parse(&text);
     }
+}
+
+#[test]
+fn attitudes_are_turns_about_axes() {
+    let axes = |yaw: i32, pitch: i32, roll: i32| {
+        let [yaw, pitch, roll] = [yaw, pitch, roll].map(|degrees| (degrees * 65_536 / 360) as u16);
+        Attitude { yaw, pitch, roll }.axes()
+    };
+    let close = |axes: [DVec3; 3], expected: [[f64; 3]; 3]| {
+        axes.iter().zip(expected).all(|(axis, expected)| axis.abs_diff_eq(DVec3::from_array(expected), 1e-4))
+    };
+    // North, east, half up to the east, and north with the right side down.
+    assert!(close(axes(0, 0, 0), [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]));
+    assert!(close(axes(90, 0, 0), [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]));
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    assert!(close(axes(90, 45, 0), [[0.0, 0.0, 1.0], [-half, half, 0.0], [half, half, 0.0]]));
+    assert!(close(axes(0, 0, 90), [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]));
+    let [right, up, forward] = axes(213, -67, 31);
+    assert!(right.cross(up).abs_diff_eq(-forward, 1e-12) && right.dot(up).abs() < 1e-12);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::{DEEPEST, Fixed, Place};
 use crate::zoom::height::{Refinement, Roughness, Surface};
+use glam::DVec3;
 use sha2::{Digest, Sha256};
 
 /// All that decides a picture of a surface, apart from how it is coloured.
@@ -25,6 +26,19 @@ pub struct Attitude {
     pub pitch: u16,
     /// The horizon's, two's complement; the camera's right side goes down.
     pub roll: u16,
+}
+
+impl Attitude {
+    /// Right, up and forward: unit vectors, east, up, south. The same on every machine.
+    pub fn axes(self) -> [DVec3; 3] {
+        let radians = |angle: u16| f64::from(angle as i16) / 65_536.0 * std::f64::consts::TAU;
+        let [(sin_yaw, cos_yaw), (sin_pitch, cos_pitch), (sin_roll, cos_roll)] =
+            [self.yaw, self.pitch, self.roll].map(|angle| libm::sincos(radians(angle)));
+        let forward = DVec3::new(sin_yaw * cos_pitch, sin_pitch, -cos_yaw * cos_pitch);
+        let level = DVec3::new(cos_yaw, 0.0, sin_yaw);
+        let up = level.cross(forward);
+        [level * cos_roll - up * sin_roll, up * cos_roll + level * sin_roll, forward]
+    }
 }
 
 /// What is wrong with a location code.

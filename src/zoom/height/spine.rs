@@ -92,7 +92,7 @@ impl Spine {
             return Some(index);
         }
         let before = index.min(self.patches.len());
-        (0..before).rev().find(|before| serves(&self.patches[*before], place, REACH, SIZE))
+        (0..before).rev().find(|before| serves(&self.patches[*before], place))
     }
 
     /// Makes the patch of a level from the one before, which is kept and serves. It then serves, too, its middle being the place's.
@@ -118,7 +118,7 @@ impl Spine {
         let passed = (kept / STRIDE).min(self.checkpoints.len() as u32) as usize;
         let checkpoint = self.checkpoints[..passed]
             .iter()
-            .rfind(|patch| serves(patch, place, CHECKPOINT_REACH, CHECKPOINT_SIZE))
+            .rfind(|patch| serves(patch, place))
             .cloned();
         let start = |reach, size| {
             let [x, z] = first(place, 0, reach);
@@ -158,11 +158,11 @@ impl Spine {
     }
 }
 
-/// Whether the next level's patch around a place can be made from this one.
-fn serves(patch: &Patch, place: &Place, reach: u64, size: usize) -> bool {
-    let [x, z] = first(place, patch.level + 1, reach);
+/// Whether the next level's patch around a place can be made from this one, with all its vertices.
+fn serves(patch: &Patch, place: &Place) -> bool {
+    let [x, z] = first(place, patch.level + 1, REACH);
     let inside = |first: u64, fine: u64| {
-        let end = fine.wrapping_sub(first.wrapping_mul(2)).checked_add(size as u64);
+        let end = fine.wrapping_sub(first.wrapping_mul(2)).checked_add(SIZE as u64);
         end.is_some_and(|end| end < 2 * patch.size as u64)
     };
     inside(patch.x, x) && inside(patch.z, z)

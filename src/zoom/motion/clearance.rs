@@ -61,19 +61,23 @@ const MOST_BOXES: usize = 100_000;
 pub fn clearance(spine: &mut Spine, place: &Place, hint: u32) -> Option<Clearance> {
     let surface = *spine.surface();
     let limit = place.digits() + 64;
-    let mut level = hint.min(limit);
-    while level < limit && nearest(spine, place, level) <= reach() {
-        level += 1;
+    // A patch reaches seven cells: its level is two or three beyond that of the distance.
+    let mut level = hint.saturating_add(2).min(limit);
+    let mut square = nearest(spine, place, level);
+    if square <= reach() {
+        while level < limit && nearest(spine, place, level + 1) <= reach() {
+            level += 1;
+        }
+        if level == limit {
+            return None;
+        }
     }
-    if level == limit && nearest(spine, place, level) <= reach() {
-        return None;
-    }
-    while level > 0 && nearest(spine, place, level) > reach() {
+    while level > 0 && square > reach() {
         level -= 1;
+        square = nearest(spine, place, level);
     }
-    let far = nearest(spine, place, level);
-    if far > reach() {
-        return Some(from_afar(&surface, place, far.sqrt()));
+    if square > reach() {
+        return Some(from_afar(&surface, place, square.sqrt()));
     }
     let patch = spine.patch(place, level);
     let cells = search(&surface, place, patch)?.min(REACH as f64);
