@@ -116,10 +116,7 @@ impl Spine {
         self.patches.clear();
         let kept = level.saturating_sub(KEPT as u32 / 2);
         let passed = (kept / STRIDE).min(self.checkpoints.len() as u32) as usize;
-        let checkpoint = self.checkpoints[..passed]
-            .iter()
-            .rfind(|patch| serves(patch, place))
-            .cloned();
+        let checkpoint = self.checkpoints[..passed].iter().rfind(|patch| serves(patch, place)).cloned();
         let start = |reach, size| {
             let [x, z] = first(place, 0, reach);
             Patch::start(&self.surface, x, z, size)
