@@ -18,7 +18,7 @@ use std::sync::Arc;
 use crate::core::grid::Grid;
 use crate::gpu::{Image, format::R32f};
 
-pub use frame::{frame, panorama};
+pub use frame::{frame, light_frame, panorama};
 pub use hosek_wilkie::HosekWilkie;
 pub use material::Material;
 pub use model::{Instance, Level, Model, Part, Population};

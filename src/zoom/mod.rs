@@ -13,3 +13,4 @@ pub mod height;
 pub mod motion;
 pub mod tiles;
 pub mod tree;
+pub mod view;
