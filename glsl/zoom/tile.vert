@@ -49,8 +49,6 @@ layout(location = 1) out vec2 slope;        // rise to the east and to the south
 layout(location = 2) out vec3 albedo;
 layout(location = 3) out float relief;
 
-invariant gl_Position;
-
 const int SIDE = 1 << int(BITS);
 
 // A height at a vertex counted from the tile's first. There is a ring of one more around.

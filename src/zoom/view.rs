@@ -109,12 +109,14 @@ pub struct Renderer {
     develop: Compute<develop::Shader>,
 }
 
-/// What a view is drawn from.
-struct Prepared {
-    altitude: Distance,
-    octaves: f32,
-    tree: Tree,
-    made: usize,
+/// What a view shows.
+#[derive(Clone, Debug)]
+pub struct Selection {
+    pub tree: Tree,
+    /// To the surface.
+    pub altitude: Distance,
+    /// Octaves of distance from there on to where nothing is seen but sky.
+    pub octaves: f32,
 }
 
 /// Camera and light, as the device has them.
@@ -172,10 +174,11 @@ impl Renderer {
     /// If the eye is below the surface or too near to it, or what the device has no memory for.
     pub fn render(&mut self, view: &View, light: &Light, film: &Film) -> Result<Shot, Error> {
         let Settings { samples, .. } = self.settings;
-        let prepared = self.prepare(view)?;
+        let selection = self.select(view)?;
+        let made = self.make(view, &selection.tree)?;
         let camera = camera(view, film);
         let lit = Lit::new(&self.gpu, light, film, samples, &camera)?;
-        let (radiance, drawn) = self.draw(view, &prepared, &camera, &lit, film)?;
+        let (radiance, drawn) = self.draw(view, &selection, &camera, &lit, film)?;
         let Lit { frame, panorama } = &lit;
         let size = [film.width, film.height];
         let pixels = Image::<Rgba32f>::new(&self.gpu, "pixels", size)?;
@@ -190,8 +193,8 @@ impl Renderer {
         let pixels = download.take(&rec.submit()?.wait()?);
         let mut picture = Picture::new(film.width, film.height);
         picture.place([0, 0], film.width, &pixels);
-        let leaves = prepared.tree.leaves().len();
-        Ok(Shot { picture, altitude: prepared.altitude, leaves, drawn, made: prepared.made })
+        let Selection { tree, altitude, .. } = selection;
+        Ok(Shot { picture, altitude, leaves: tree.leaves().len(), drawn, made })
     }
 
     /// The distance of the ground for every sample of a picture, in cells of the altitude's level, row by row; 0 where there is none.
@@ -199,18 +202,22 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::render`].
     pub fn ranges(&mut self, view: &View, light: &Light, film: &Film) -> Result<Vec<f32>, Error> {
-        let prepared = self.prepare(view)?;
+        let selection = self.select(view)?;
+        self.make(view, &selection.tree)?;
         let camera = camera(view, film);
         let lit = Lit::new(&self.gpu, light, film, self.settings.samples, &camera)?;
-        let (radiance, _) = self.draw(view, &prepared, &camera, &lit, film)?;
+        let (radiance, _) = self.draw(view, &selection, &camera, &lit, film)?;
         let mut rec = Recorder::new(&self.gpu);
         let download = rec.download(&radiance);
         let samples = download.take(&rec.submit()?.wait()?);
         Ok(samples.into_iter().map(|[.., range]| range).collect())
     }
 
-    /// Finds the tiles of a view and makes those that are not there.
-    fn prepare(&mut self, view: &View) -> Result<Prepared, Error> {
+    /// Which tiles a view shows.
+    ///
+    /// # Errors
+    /// If the eye is below the surface or too near to it.
+    pub fn select(&mut self, view: &View) -> Result<Selection, Error> {
         let Settings { octaves, slots, detail, .. } = self.settings;
         let surface = *self.spine.surface();
         let place = &view.place;
@@ -219,24 +226,29 @@ impl Renderer {
             _ => return Err(Buried.into()),
         };
         let root = altitude.level.saturating_sub(octaves);
-        let plain;
-        let (patch, octaves) = if root == 0 {
-            let [x, z] = [&place.x, &place.z].map(|number| number.whole().wrapping_sub(PLAIN));
-            plain = Patch::start(&surface, x, z, 2 * PLAIN as usize + 1);
-            // There is sky where the plain ends.
-            let to_end = (PLAIN as f64).log2() + altitude.depth();
-            (&plain, (to_end as f32).clamp(0.01, octaves as f32))
-        } else {
-            (self.spine.patch(place, root), octaves as f32)
-        };
-        let tree = Tree::new(&surface, place, patch, detail, slots as usize)?;
+        let octaves = octaves as f32;
+        if root > 0 {
+            let patch = self.spine.patch(place, root);
+            let tree = Tree::new(&surface, place, patch, detail, slots as usize)?;
+            return Ok(Selection { tree, altitude, octaves });
+        }
+        let [x, z] = [&place.x, &place.z].map(|number| number.whole().wrapping_sub(PLAIN));
+        let patch = Patch::start(&surface, x, z, 2 * PLAIN as usize + 1);
+        let tree = Tree::new(&surface, place, &patch, detail, slots as usize)?;
+        // There is sky where the plain ends.
+        let to_end = libm::log2(PLAIN as f64) + altitude.depth();
+        Ok(Selection { tree, altitude, octaves: (to_end as f32).clamp(0.01, octaves) })
+    }
+
+    /// Makes the tiles that are not there; returns how many.
+    fn make(&mut self, view: &View, tree: &Tree) -> Result<usize, Error> {
         let mut rec = Recorder::new(&self.gpu);
-        let Made { tiles: made, waiting } =
-            self.tiles.make(&mut rec, &mut self.spine, place, tree.nodes(), usize::MAX);
+        let Made { tiles, waiting } =
+            self.tiles.make(&mut rec, &mut self.spine, &view.place, tree.nodes(), usize::MAX);
         rec.submit()?.wait()?;
         match waiting {
-            0 => Ok(Prepared { altitude, octaves, tree, made }),
-            _ => Err(Error::Slots { needed: tree.nodes().count(), slots }),
+            0 => Ok(tiles),
+            _ => Err(Error::Slots { needed: tree.nodes().count(), slots: self.settings.slots }),
         }
     }
 
@@ -244,12 +256,12 @@ impl Renderer {
     fn draw(
         &self,
         view: &View,
-        prepared: &Prepared,
+        selection: &Selection,
         camera: &Pinhole,
         lit: &Lit,
         film: &Film,
     ) -> Result<(Image<Rgba32f>, usize), Error> {
-        let Prepared { altitude, octaves, tree, .. } = prepared;
+        let Selection { altitude, octaves, tree } = selection;
         let Settings { bits, samples, detail, .. } = self.settings;
         let surface = self.spine.surface();
         let leaves = tree.leaves();
@@ -276,7 +288,7 @@ impl Renderer {
         let fade = [detail.sides() * side + 1.5625 * side, 2.0 * detail.sides() * side];
         let push = tile::Push {
             unit: lattice.unit(),
-            near: altitude.cells.log2().floor().exp2() as f32 / 4.0,
+            near: libm::exp2(libm::log2(altitude.cells).floor()) as f32 / 4.0,
             altitude: altitude.cells as f32,
             octaves: *octaves,
             fade: fade.map(|spacings| spacings as f32),

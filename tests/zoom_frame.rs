@@ -1,0 +1,188 @@
+//! Pictures of a zoom: no holes, no pops, the same bits again.
+
+mod kit;
+
+use terrane::{
+    core::camera::direction,
+    scene::{Film, Light, Picture, Sun, ToneMap},
+    sky::preetham,
+    zoom::{
+        address::{Attitude, Place},
+        height::{Refinement, Roughness, Spine, Surface},
+        motion::{Autopilot, Depth},
+        tree::Detail,
+        view::{Renderer, Settings, View},
+    },
+};
+
+/// The least tiles and the coarsest detail that papers speak of: N = 16, c = 32.
+const SETTINGS: Settings = Settings { bits: 4, detail: Detail::COMMON, octaves: 24, slots: 8000, samples: 1 };
+
+const FILM: Film =
+    Film { width: 160, height: 90, exposure: 1.0 / 20_000.0, tone_map: ToneMap::Filmic };
+
+fn surface(seed: u32) -> Surface {
+    Surface { seed, refinement: Refinement::Triangles, roughness: Roughness::Quarter }
+}
+
+fn light() -> Light {
+    let toward = direction(2.0, 0.5);
+    let sun = Sun { direction: toward, irradiance: [98_000.0, 92_000.0, 80_000.0], diameter: 0.0093 };
+    Light { sky: preetham::sky(2.6, toward.as_dvec3()), sun: Some(sun), air: None, clouds: 0.0 }
+}
+
+struct Words(u64);
+
+impl Words {
+    fn next(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 32) as u32
+    }
+}
+
+/// A place of random digits, about a cell of the level above the surface.
+fn random_place(spine: &mut Spine, words: &mut Words, level: u32) -> Place {
+    let mut place = Place::default();
+    for digits in (32..level + 64).step_by(32) {
+        place.x.add(words.next().into(), digits);
+        place.z.add(words.next().into(), digits);
+    }
+    place.y = spine.ground(&place, level + 24);
+    // Amplitudes are quarters of cells.
+    place.y.add(4 + i64::from(words.next() % 8), level);
+    place
+}
+
+fn steered(surface: Surface, depth: Depth) -> View {
+    let pose = Autopilot::new(surface).at(&mut Spine::new(surface), depth);
+    View { place: pose.place, attitude: pose.attitude, fov: 1.0, level: depth.whole() }
+}
+
+/// Degrees to parts of a turn.
+fn turn(degrees: f64) -> u16 {
+    (degrees / 360.0 * 65_536.0).round() as i64 as u16
+}
+
+/// The surface is a function of where one stands, so what a column of a picture that looks straight ahead shows is sky, and ground below that:
+/// nothing in it can be a hole but sky below ground.
+fn holes_ahead(ranges: &[f32]) -> usize {
+    let width = FILM.width as usize;
+    let column = |column: usize| ranges.iter().skip(column).step_by(width);
+    (0..width).map(|at| column(at).skip_while(|range| **range == 0.0).filter(|range| **range == 0.0).count()).sum()
+}
+
+#[test]
+fn there_are_no_holes() {
+    let gpu = kit::gpu();
+    let mut words = Words(4);
+    let (mut looked_at, mut ground) = (0, 0);
+    for seed in 0..3 {
+        let surface = surface(seed);
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+        for index in 0..12 {
+            let level = words.next() % 60;
+            let is_steered = index % 2 == 0;
+            let place = if is_steered {
+                steered(surface, Depth(u64::from(level) << 16 | u64::from(words.next() % 65_536))).place
+            } else {
+                random_place(renderer.spine(), &mut words, level)
+            };
+            let yaw = words.next() as u16;
+            let view = |pitch: f64, fov: f64| View {
+                place: place.clone(),
+                attitude: Attitude { yaw, pitch: turn(pitch), roll: 0 },
+                fov: fov.to_radians() as f32,
+                level,
+            };
+            let ahead = renderer.ranges(&view(0.0, 120.0), &light(), &FILM).unwrap();
+            assert_eq!(holes_ahead(&ahead), 0, "seed {seed}, level {level}, steered: {is_steered}");
+            // Straight down, where nothing is so steep that a ray misses it.
+            let down = renderer.ranges(&view(-90.0, 20.0), &light(), &FILM).unwrap();
+            let holes = down.iter().filter(|range| **range == 0.0).count();
+            assert_eq!(holes, 0, "down; seed {seed}, level {level}, steered: {is_steered}");
+            looked_at += ahead.len() + down.len();
+            ground += ahead.iter().chain(&down).filter(|range| **range > 0.0).count();
+        }
+    }
+    println!("{looked_at} samples, {ground} of the ground");
+    assert!(ground > looked_at / 2);
+}
+
+fn shot(renderer: &mut Renderer, view: &View) -> Picture {
+    renderer.render(view, &light(), &FILM).unwrap().picture
+}
+
+#[test]
+fn the_same_view_is_the_same_picture() {
+    let gpu = kit::gpu();
+    let surface = surface(5);
+    let views = [0, 7 << 16, 30 << 15, 500 << 16, 501 << 16].map(|depth| steered(surface, Depth(depth)));
+    let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+    let first: Vec<Picture> = views.iter().map(|view| shot(&mut renderer, view)).collect();
+    // The way back, then from nothing, then each by one that has drawn nothing else.
+    for (view, picture) in views.iter().zip(&first).rev() {
+        assert!(shot(&mut renderer, view) == *picture);
+    }
+    for (view, picture) in views.iter().zip(&first) {
+        renderer.clear();
+        assert!(shot(&mut renderer, view) == *picture);
+        assert!(shot(&mut Renderer::new(&gpu, surface, SETTINGS).unwrap(), view) == *picture);
+    }
+    // They show something, and something else each.
+    for (index, picture) in first.iter().enumerate() {
+        let bytes = picture.developed(ToneMap::Filmic);
+        let distinct = bytes.iter().collect::<std::collections::HashSet<_>>().len();
+        assert!(distinct > 50, "view {index}: {distinct} values");
+        assert!(first[..index].iter().all(|other| other != picture));
+    }
+}
+
+/// Two places that differ by nothing that could be seen, in one of which a tile is split that the other shows whole.
+fn places_at_a_split(renderer: &mut Renderer, start: &View, depth: u32) -> Option<[View; 2]> {
+    const DIGITS: u32 = 40;
+    let raised = |amount: i64| {
+        let mut view = start.clone();
+        view.place.y.add(amount, depth + DIGITS);
+        view
+    };
+    let mut leaves = |amount: i64| {
+        let leaves = renderer.select(&raised(amount)).unwrap().tree.leaves();
+        leaves.into_iter().map(|leaf| leaf.cell).collect::<Vec<_>>()
+    };
+    let (mut low, mut high) = (0, 1i64 << (DIGITS - 3));
+    let first = leaves(low);
+    if first == leaves(high) {
+        return None;
+    }
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if leaves(middle) == first { low = middle } else { high = middle }
+    }
+    Some([raised(low), raised(high)])
+}
+
+/// The largest difference of a channel, 8-bit.
+fn difference(pictures: &[Picture; 2]) -> u8 {
+    let [from, to] = [0, 1].map(|index: usize| pictures[index].developed(ToneMap::Filmic));
+    from.iter().zip(&to).map(|(from, to)| from.abs_diff(*to)).max().unwrap_or(0)
+}
+
+#[test]
+fn nothing_pops_when_a_tile_is_split() {
+    let gpu = kit::gpu();
+    let mut splits = 0;
+    for seed in 0..4 {
+        let surface = surface(seed);
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+        for depth in [3, 9, 33, 70, 200] {
+            let start = steered(surface, Depth::level(depth));
+            let Some(views) = places_at_a_split(&mut renderer, &start, depth) else { continue };
+            splits += 1;
+            let pictures = [0, 1].map(|index: usize| shot(&mut renderer, &views[index]));
+            let worst = difference(&pictures);
+            assert!(worst <= 1, "seed {seed}, depth {depth}: {worst}");
+        }
+    }
+    println!("{splits} splits");
+    assert!(splits > 8);
+}
