@@ -2,6 +2,7 @@
 
 mod kit;
 
+use glam::DVec3;
 use terrane::{
     core::camera::direction,
     scene::{Film, Light, Picture, Sun, ToneMap},
@@ -18,8 +19,7 @@ use terrane::{
 /// The least tiles and the coarsest detail that papers speak of: N = 16, c = 32.
 const SETTINGS: Settings = Settings { bits: 4, detail: Detail::COMMON, octaves: 24, slots: 8000, samples: 1 };
 
-const FILM: Film =
-    Film { width: 160, height: 90, exposure: 1.0 / 20_000.0, tone_map: ToneMap::Filmic };
+const FILM: Film = Film { width: 160, height: 90, exposure: 1.0 / 20_000.0, tone_map: ToneMap::Filmic };
 
 fn surface(seed: u32) -> Surface {
     Surface { seed, refinement: Refinement::Triangles, roughness: Roughness::Quarter }
@@ -68,7 +68,9 @@ fn turn(degrees: f64) -> u16 {
 fn holes_ahead(ranges: &[f32]) -> usize {
     let width = FILM.width as usize;
     let column = |column: usize| ranges.iter().skip(column).step_by(width);
-    (0..width).map(|at| column(at).skip_while(|range| **range == 0.0).filter(|range| **range == 0.0).count()).sum()
+    (0..width)
+        .map(|at| column(at).skip_while(|range| **range == 0.0).filter(|range| **range == 0.0).count())
+        .sum()
 }
 
 #[test]
@@ -161,28 +163,58 @@ fn places_at_a_split(renderer: &mut Renderer, start: &View, depth: u32) -> Optio
     Some([raised(low), raised(high)])
 }
 
-/// The largest difference of a channel, 8-bit.
-fn difference(pictures: &[Picture; 2]) -> u8 {
-    let [from, to] = [0, 1].map(|index: usize| pictures[index].developed(ToneMap::Filmic));
-    from.iter().zip(&to).map(|(from, to)| from.abs_diff(*to)).max().unwrap_or(0)
+/// A tile that one of two places shows and the other splits, so looked at from both that it is in the middle of the picture.
+fn look_at_the_split(renderer: &mut Renderer, views: &mut [View; 2]) {
+    let mut tree = |index: usize| renderer.select(&views[index]).unwrap().tree;
+    let trees = [tree(0), tree(1)];
+    let cells = [0, 1]
+        .map(|index: usize| trees[index].leaves().into_iter().map(|leaf| leaf.cell).collect::<Vec<_>>());
+    let only = |one: usize| trees[one].leaves().into_iter().find(|leaf| !cells[1 - one].contains(&leaf.cell));
+    let [from, to] = [only(0), only(1)].map(|leaf| leaf.expect("they differ"));
+    let leaf = if from.cell.level < to.cell.level { from } else { to };
+    let eye = trees[0].eye(leaf.cell.level).expect("a level of the tree");
+    let [low, high] = eye.bounds(leaf.cell.x, leaf.cell.z, leaf.corners).map(DVec3::from_array);
+    let middle = 0.5 * (low + high);
+    let attitude = Attitude {
+        yaw: turn(middle.x.atan2(-middle.z).to_degrees()),
+        pitch: turn((middle.y / middle.length()).asin().to_degrees()),
+        roll: 0,
+    };
+    views.iter_mut().for_each(|view| view.attitude = attitude);
 }
 
+/// A tile begins as its parent's surface ends. Devices round where a vertex is seen to a part of a pixel, so the outline of a ridge may lose or win a
+/// pixel when its edges are cut in two; nothing else changes.
 #[test]
 fn nothing_pops_when_a_tile_is_split() {
     let gpu = kit::gpu();
-    let mut splits = 0;
+    let (mut splits, mut outlines, mut changed) = (0, 0, 0);
     for seed in 0..4 {
         let surface = surface(seed);
         let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
         for depth in [3, 9, 33, 70, 200] {
             let start = steered(surface, Depth::level(depth));
-            let Some(views) = places_at_a_split(&mut renderer, &start, depth) else { continue };
+            let Some(mut views) = places_at_a_split(&mut renderer, &start, depth) else { continue };
+            look_at_the_split(&mut renderer, &mut views);
             splits += 1;
             let pictures = [0, 1].map(|index: usize| shot(&mut renderer, &views[index]));
-            let worst = difference(&pictures);
-            assert!(worst <= 1, "seed {seed}, depth {depth}: {worst}");
+            changed +=
+                pictures[0].pixels.iter().zip(&pictures[1].pixels).filter(|(from, to)| from != to).count();
+            let mut ranges = |index: usize| renderer.ranges(&views[index], &light(), &FILM).unwrap();
+            let ranges = [ranges(0), ranges(1)];
+            let [from, to] = [0, 1].map(|index: usize| pictures[index].developed(ToneMap::Filmic));
+            let pixels = from.as_chunks::<3>().0.iter().zip(to.as_chunks::<3>().0);
+            for (at, (from, to)) in pixels.enumerate() {
+                let worst = (0..3).map(|channel| from[channel].abs_diff(to[channel])).max().unwrap();
+                if (ranges[1][at] / ranges[0][at] - 1.0).abs() > 1e-3 {
+                    outlines += 1;
+                } else {
+                    assert!(worst <= 1, "seed {seed}, depth {depth}, pixel {at}: {worst}");
+                }
+            }
         }
     }
-    println!("{splits} splits");
-    assert!(splits > 8);
+    println!("{splits} splits, {changed} pixels not the same bits, {outlines} of outlines not the same");
+    assert!(splits > 8 && changed > 0);
+    assert!(outlines < splits);
 }

@@ -13,8 +13,8 @@ use super::{
 use crate::{
     core::camera::Pinhole,
     gpu::{
-        self, Blend, Buffer, Compute, Cull, Depth, Gpu, Image, IndexedDraw, Load, Raster, RasterState, Recorder,
-        Targets, Topology,
+        self, Blend, Buffer, Compute, Cull, Depth, Gpu, Image, IndexedDraw, Load, Raster, RasterState,
+        Recorder, Targets, Topology,
         format::{D32f, Format, Rgba32f},
     },
     scene::{Film, Light, Picture, light_frame, panorama},
@@ -80,7 +80,9 @@ pub enum Error {
     TooMany(#[from] TooMany),
     #[error("a view needs {needed} tiles and more, and the device keeps {slots}")]
     Slots { needed: usize, slots: u32 },
-    #[error("tiles of {levels} levels are in view, more than places can be told apart in: is the eye beside a cliff?")]
+    #[error(
+        "tiles of {levels} levels are in view, more than places can be told apart in: is the eye beside a cliff?"
+    )]
     Range { levels: u32 },
 }
 
@@ -379,7 +381,13 @@ struct Lattice {
 }
 
 impl Lattice {
-    fn new(place: &Place, surface: Surface, leaves: &[Leaf], reference: u32, bits: u32) -> Result<Lattice, Error> {
+    fn new(
+        place: &Place,
+        surface: Surface,
+        leaves: &[Leaf],
+        reference: u32,
+        bits: u32,
+    ) -> Result<Lattice, Error> {
         let levels = leaves.iter().map(|leaf| leaf.cell.level);
         let (coarsest, finest) = (levels.clone().min().unwrap_or(0), levels.max().unwrap_or(0));
         let level = finest + bits + DIGITS;
@@ -465,4 +473,3 @@ fn indices(gpu: &Gpu, bits: u32) -> gpu::Result<Buffer<u32>> {
     rec.submit()?.wait()?;
     Ok(buffer)
 }
-
