@@ -20,11 +20,11 @@ const Character characters[CHARACTERS] = Character[](
     // Red desert.
     Character(vec3(0.150, 0.060, 0.030), vec3(0.400, 0.200, 0.095), vec3(0.270, 0.105, 0.055), vec3(0.54, 0.36, 0.22)),
     // Basalt with lichen.
-    Character(vec3(0.030, 0.032, 0.036), vec3(0.085, 0.082, 0.080), vec3(0.055, 0.053, 0.055), vec3(0.34, 0.31, 0.12)),
+    Character(vec3(0.030, 0.032, 0.036), vec3(0.085, 0.082, 0.080), vec3(0.055, 0.053, 0.055), vec3(0.29, 0.28, 0.16)),
     // Chalk and turquoise.
     Character(vec3(0.060, 0.190, 0.190), vec3(0.420, 0.430, 0.390), vec3(0.300, 0.300, 0.280), vec3(0.74, 0.72, 0.66)),
     // Heather on granite.
-    Character(vec3(0.070, 0.055, 0.035), vec3(0.170, 0.080, 0.110), vec3(0.230, 0.190, 0.170), vec3(0.42, 0.38, 0.37))
+    Character(vec3(0.060, 0.058, 0.032), vec3(0.165, 0.100, 0.098), vec3(0.230, 0.190, 0.170), vec3(0.42, 0.38, 0.37))
 );
 
 // The reflectance at a vertex of a level. `slope` is the tangent of its angle; `relief` is how high it lies, −1…1.

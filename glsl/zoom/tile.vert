@@ -64,6 +64,12 @@ struct Ground {
     vec3 albedo;
 };
 
+// The height between the corners of a cell, 0 and b, c, d, on its two triangles. Any other surface would leave traces of the coarse cells.
+float on_triangles(bool rises, vec2 t, float b, float c, float d) {
+    if (rises) return t.x > t.y ? b * t.x + (d - b) * t.y : c * t.y + (d - c) * t.x;
+    return t.x + t.y < 1.0 ? b * t.x + c * t.y : d + (c - d) * (1.0 - t.x) + (b - d) * (1.0 - t.y);
+}
+
 Ground ground_at(TileSource source, ivec2 at, uint level) {
     int west = height(source.slot, at - ivec2(1, 0)), east = height(source.slot, at + ivec2(1, 0));
     int north = height(source.slot, at - ivec2(0, 1)), south = height(source.slot, at + ivec2(0, 1));
@@ -76,11 +82,12 @@ Ground ground_at(TileSource source, ivec2 at, uint level) {
         ivec2 coarse = fine >> RELIEF_LEVELS;
         vec2 t = vec2(fine - (coarse << RELIEF_LEVELS)) / float(1 << RELIEF_LEVELS);
         int a = height(source.reference, coarse);
-        vec3 others = vec3(height(source.reference, coarse + ivec2(1, 0)) - a,
-                           height(source.reference, coarse + ivec2(0, 1)) - a,
-                           height(source.reference, coarse + ivec2(1, 1)) - a);
-        float smoothed = mix(others.x * t.x, mix(others.y, others.z, t.x), t.y);
-        above = float(here - (a << RELIEF_LEVELS)) - float(1 << RELIEF_LEVELS) * smoothed;
+        // Differences are small, so they are exact.
+        float b = float(height(source.reference, coarse + ivec2(1, 0)) - a);
+        float c = float(height(source.reference, coarse + ivec2(0, 1)) - a);
+        float d = float(height(source.reference, coarse + ivec2(1, 1)) - a);
+        float coarser = on_triangles(((coarse.x ^ coarse.y) & 1) == 0, t, b, c, d);
+        above = float(here - (a << RELIEF_LEVELS)) - float(1 << RELIEF_LEVELS) * coarser;
     }
     ground.relief = clamp(above * source.relief, -1.0, 1.0);
     ground.albedo = reflectance(length(ground.slope), ground.relief, level);
