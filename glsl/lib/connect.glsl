@@ -7,7 +7,7 @@
 #include "lib/path.glsl"
 #include "lib/tree.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 layout(binding = 2) uniform usamplerBuffer placements;
 layout(binding = 3, scalar) readonly buffer Turns { Turn turns[]; };
@@ -24,7 +24,7 @@ Hit trace(vec3 origin, vec3 direction, float reach, const bool any_);
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.turn].looks) return;
+    if (slot >= turns[push.turn].looks.paths) return;
     Look look = looks[slot];
     Hit hit = trace(look.origin, look.direction, 1e30, true);
     if (hit.triangle != NOTHING) return;

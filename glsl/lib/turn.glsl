@@ -127,7 +127,7 @@ void look(uint index, Path path, vec3 origin, Light light, vec3 value, float sca
     float balance = light.density / (light.density + scattering * light.measure);
     vec3 seen = path.throughput * value * light.radiance * balance;
     if (seen == vec3(0.0)) return;
-    looks[atomicAdd(turns[push.work.turn].looks, 1u)] = Look(origin, light.direction, seen, index);
+    ENQUEUE(looks, turns[push.work.turn].looks, (Look(origin, light.direction, seen, index)))
 }
 
 // Takes what the air or the water does to the path on its way to `hit`; returns where it has come to. What the path has
@@ -162,7 +162,7 @@ void go_on(uint index, Path path) {
         path.throughput /= survives;
     }
     paths[index] = path;
-    next[atomicAdd(turns[push.work.turn + 1u].paths, 1u)] = index;
+    ENQUEUE(next, turns[push.work.turn + 1u].paths, index)
 }
 
 #endif

@@ -6,7 +6,7 @@
 #include "lib/frame.glsl"
 #include "lib/turn.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 #include "lib/texture.glsl"
 #include "lib/clouds.glsl"
@@ -27,7 +27,7 @@ vec3 beyond(Path path) {
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.work.turn].escaped) return;
+    if (slot >= turns[push.work.turn].escaped.paths) return;
     uint index = queue[slot];
     Path path = paths[index];
     if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0u);

@@ -7,7 +7,7 @@
 #include "lib/turn.glsl"
 #include "lib/spot.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 layout(binding = 9, r32f) uniform readonly image2D height;
 layout(binding = 10, r32f) uniform readonly image2D surf;
@@ -109,7 +109,7 @@ void cross_sea(uint index, inout Path path, vec3 point, float footprint) {
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.work.turn].sea) return;
+    if (slot >= turns[push.work.turn].sea.paths) return;
     uint index = queue[slot];
     Path path = paths[index];
     Hit hit = hits[index];

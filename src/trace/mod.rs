@@ -14,14 +14,15 @@ pub mod tree;
 
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
-use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
+use crate::gpu::{self, Buffer, Compute, ComputeInterface, DeviceKind, Gpu, Image, Recorder, format::R32f};
 use crate::scene::{self, Film, Scene};
 use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
 use crate::shaders::{
-    self, Frame, Work,
+    self, Frame, Turn, Work,
     raster::{openness, surf},
 };
 use glam::Vec3;
+use std::mem::offset_of;
 use std::time::{Duration, Instant};
 
 pub use film::{Crop, Flaws, MOST_SAMPLES, Sums};
@@ -226,7 +227,7 @@ struct Paths {
     land: Buffer<u32>,
     models: Buffer<u32>,
     sea: Buffer<u32>,
-    turns: Buffer<shaders::Turn>,
+    turns: Buffer<Turn>,
 }
 
 impl Paths {
@@ -408,8 +409,9 @@ impl Tracing<'_> {
             let (queue, next) = (&queues[turn as usize % 2], &queues[(turn as usize + 1) % 2]);
             let work =
                 Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into(), sea_level };
+            let waiting = |queue| (turns, turn as usize * size_of::<Turn>() + queue);
             let push = extend::Push { turn, sea_level, lattice };
-            tracer.rays.extend(&mut rec, size[0], push, world, &self.paths, queue);
+            tracer.rays.extend(&mut rec, push, world, &self.paths, queue);
             rec.concurrent(|rec| {
                 let queue = escaped;
                 let bindings = escape::Bindings {
@@ -424,7 +426,12 @@ impl Tracing<'_> {
                     dome,
                     panorama,
                 };
-                rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
+                rec.dispatch_indirect(
+                    &tracer.escape,
+                    waiting(offset_of!(Turn, escaped.groups)),
+                    escape::Push { work },
+                    bindings,
+                );
                 let queue = sea;
                 let height = &ground.height;
                 let bindings = sea::Bindings {
@@ -441,10 +448,15 @@ impl Tracing<'_> {
                     height,
                     surf,
                 };
-                rec.dispatch(&tracer.sea, size, sea::Push { work }, bindings);
-                rec.dispatch(
+                rec.dispatch_indirect(
+                    &tracer.sea,
+                    waiting(offset_of!(Turn, sea.groups)),
+                    sea::Push { work },
+                    bindings,
+                );
+                rec.dispatch_indirect(
                     &tracer.land,
-                    size,
+                    waiting(offset_of!(Turn, land.groups)),
                     land::Push { work },
                     land::Bindings {
                         frame,
@@ -465,9 +477,9 @@ impl Tracing<'_> {
                         openness,
                     },
                 );
-                rec.dispatch(
+                rec.dispatch_indirect(
                     &tracer.model,
-                    size,
+                    waiting(offset_of!(Turn, models.groups)),
                     model::Push { work },
                     model::Bindings {
                         frame,
@@ -488,7 +500,7 @@ impl Tracing<'_> {
                 );
             });
             if turn < bounces {
-                tracer.rays.connect(&mut rec, size[0], connect::Push { turn, lattice }, world, &self.paths);
+                tracer.rays.connect(&mut rec, connect::Push { turn, lattice }, world, &self.paths);
             }
         }
         rec.dispatch(
@@ -526,15 +538,14 @@ impl Volley<'_> {
     /// A lost device.
     pub fn trace(&self) -> gpu::Result<Option<Duration>> {
         let Tracing { tracer, scene, tree, .. } = self.tracing;
+        let groups = [self.count.div_ceil(extend::Shader::WORKGROUP[0]), 1, 1];
+        let waiting = shaders::Waiting { paths: self.count, groups };
         let mut rec = Recorder::timed(&tracer.gpu, 2);
-        rec.upload(
-            &self.paths.turns,
-            &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()],
-        );
+        rec.upload(&self.paths.turns, &[Turn { paths: waiting, ..Turn::default() }, Turn::default()]);
         let ground = &scene.ground;
         let push = extend::Push { turn: 0, sea_level: f32::MIN, lattice: lattice(ground.grid) };
         let world = (tree, &ground.height);
-        tracer.rays.extend(&mut rec, self.count, push, world, &self.paths, &self.paths.queues[0]);
+        tracer.rays.extend(&mut rec, push, world, &self.paths, &self.paths.queues[0]);
         let finished = rec.submit()?.wait()?;
         Ok(finished.timings.last().map(|timing| timing.duration))
     }
