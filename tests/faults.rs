@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 use std::sync::OnceLock;
 use tempfile::TempDir;
 use terrane::world::shard;
@@ -71,6 +71,13 @@ enum Kind {
     Full,
 }
 
+impl Kind {
+    fn refuses(self, access: &str) -> bool {
+        let reads = access.starts_with("open ") || access.starts_with("read ");
+        matches!(self, Kind::Io) || !reads
+    }
+}
+
 impl Stage {
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
@@ -87,7 +94,7 @@ impl Stage {
         let arguments = arguments.replace('@', self.out.to_str().unwrap());
         let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
         command.args(arguments.split_whitespace()).arg("--quiet").current_dir(&self.root);
-        command.env("TERRANE_CACHE", self.root.join("cache"));
+        command.env("TERRANE_CACHE", self.root.join("cache")).env("TERRANE_CACHE_INTERVAL", "0");
         command
     }
 
@@ -101,22 +108,22 @@ impl Stage {
     fn run_on(&self, arguments: &str, kind: Kind, at: usize) -> (Output, Vec<String>) {
         let log = self.root.join("log");
         let _ = fs::remove_file(&log);
-        let child = self
+        let output = self
             .command(arguments)
             .env("LD_PRELOAD", library())
             .env("FAULTS_FOLDER", &self.out)
             .env("FAULTS_KIND", if matches!(kind, Kind::Full) { "full" } else { "io" })
             .env("FAULTS_AT", at.to_string())
             .env("FAULTS_LOG", &log)
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
+            .output()
             .unwrap();
-        // It is in the names of files that are not finished.
-        let process = child.id().to_string();
-        let output = child.wait_with_output().unwrap();
         let failed = fs::read_to_string(&log).unwrap_or_default();
-        (output, failed.lines().map(|line| line.replace(&process, "")).collect())
+        // Files that are not finished have numbers in their names.
+        let named = |line: &str| match line.split_once("/.terrane-") {
+            Some((before, _)) => format!("{before}/unfinished"),
+            None => line.into(),
+        };
+        (output, failed.lines().map(named).collect())
     }
 
     fn contents(&self) -> Contents {
@@ -148,16 +155,20 @@ impl Stage {
     /// Lets accesses of a command fail, one run each: those that `chosen` says of all that there are. Then `again`, if that is given,
     /// has to end in what the command would have made on a sound disk.
     #[track_caller]
-    fn try_faults(&self, arguments: &str, again: Option<&str>, chosen: impl Fn(Kind, &[String]) -> Vec<usize>) {
+    fn try_faults(
+        &self,
+        arguments: &str,
+        again: Option<&str>,
+        chosen: impl Fn(Kind, &[String]) -> Vec<usize>,
+    ) {
         let before = self.contents();
+        let (output, accesses) = self.run_on(arguments, Kind::Io, 0);
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {}", stderr(&output));
+        let after = self.contents();
         let mut tried = 0;
         for kind in [Kind::Io, Kind::Full] {
-            self.restore(&before);
-            let (output, accesses) = self.run_on(arguments, kind, 0);
-            assert_eq!(output.status.code(), Some(0), "{arguments}: {}", stderr(&output));
-            let after = self.contents();
+            let accesses: Vec<_> = accesses.iter().filter(|access| kind.refuses(access)).cloned().collect();
             let chosen = chosen(kind, &accesses);
-            assert!(!chosen.is_empty(), "{arguments}: {kind:?} of {accesses:#?}");
             for index in chosen {
                 self.restore(&before);
                 let (output, failed) = self.run_on(arguments, kind, index + 1);
@@ -165,8 +176,8 @@ impl Stage {
                 assert_eq!(failed.first(), Some(&accesses[index]), "{case}");
                 let now = self.contents();
                 // What can't be read may be made again.
-                let reads = ["open ", "read "].iter().any(|start| accesses[index].starts_with(start));
-                let is_mended = reads && output.status.success() && now == after;
+                let is_mended =
+                    !Kind::Full.refuses(&accesses[index]) && output.status.success() && now == after;
                 if !is_mended {
                     assert_eq!(output.status.code(), Some(7), "{case}");
                     assert!(stderr(&output).starts_with("error: "), "{case}");
@@ -179,8 +190,9 @@ impl Stage {
                 }
                 tried += 1;
             }
-            self.restore(&after);
         }
+        self.restore(&after);
+        assert!(tried > 0, "{arguments}: {accesses:#?}");
         eprintln!("{arguments}: {tried} accesses failed");
     }
 }
@@ -212,7 +224,7 @@ fn all(_: Kind, accesses: &[String]) -> Vec<usize> {
 }
 
 /// The first access of each kind: where a run takes seconds.
-fn of_each_kind(_: Kind, accesses: &[String]) -> Vec<usize> {
+fn of_each_kind(accesses: &[String]) -> Vec<usize> {
     let kinds: Vec<&str> = accesses.iter().filter_map(|access| access.split(' ').next()).collect();
     (0..kinds.len()).filter(|index| !kinds[..*index].contains(&kinds[*index])).collect()
 }
@@ -229,26 +241,62 @@ fn pictures_and_their_checkpoints() {
     stage.try_faults(png, Some(png), all);
 }
 
-/// While it is traced, too, and what is there of another run is refined.
+/// Numbers of the accesses of one kind.
+fn kind_of(what: &str, accesses: &[String]) -> Vec<usize> {
+    (0..accesses.len()).filter(|index| accesses[*index].split(' ').next() == Some(what)).collect()
+}
+
+/// While it is traced, too, what is there of another run stays whole. Each try takes seconds.
 #[test]
 fn pictures_that_are_refined() {
     let stage = Stage::new();
     stage.run("render world.toml -o @/a.exr --spp 1");
     let refine = "render world.toml -o @/a.exr --resume";
-    // Of the first of the checkpoints, and of the last: its writing, and both of its renamings.
-    let chosen = |kind, accesses: &[String]| {
-        let found = |what: &str| {
-            let is_it = |index: &usize| accesses[*index].starts_with(what);
-            (0..accesses.len()).filter(is_it).collect::<Vec<_>>()
-        };
-        let (renamings, writes) = (found("rename"), found("write"));
-        assert!(renamings.len() > 2, "{accesses:#?}");
+    stage.try_faults(refine, Some(refine), |kind, accesses| {
+        let (renamings, writes) = (kind_of("rename", accesses), kind_of("write", accesses));
+        // A checkpoint and a picture at the beginning, since they are due at once, and both at the end.
+        assert!(renamings.len() >= 6, "{accesses:#?}");
         match kind {
-            Kind::Io => renamings[..2].into(),
-            Kind::Full => vec![writes[1]],
+            // The new checkpoint, when the old one has been renamed.
+            Kind::Io => vec![renamings[1]],
+            // That checkpoint, and the last picture.
+            Kind::Full => vec![writes[1], writes[writes.len() * 2 / 3]],
         }
-    };
-    stage.try_faults(refine, Some(refine), chosen);
+    });
+}
+
+#[test]
+fn shards_and_frames() {
+    let stage = Stage::new();
+    let shard = "render world.toml -o @/a.shard --samples 1..2 --of 2 --resume";
+    stage.try_faults(shard, Some(shard), |kind, accesses| match kind {
+        Kind::Io => vec![],
+        Kind::Full => kind_of("write", accesses)[..1].into(),
+    });
+    let frames = "render world.toml -o @/traced/%d.exr --frames 0..1 --spp 1 --resume";
+    stage.try_faults(frames, Some(frames), |kind, accesses| match kind {
+        Kind::Io => kind_of("sync", accesses)[..1].into(),
+        Kind::Full => vec![],
+    });
+    let frames = "render world.toml -o @/drawn/%d.png --frames 0..2 --renderer raster --resume";
+    stage.try_faults(frames, Some(frames), |kind, accesses| match kind {
+        Kind::Io => kind_of("make", accesses)[..1].into(),
+        // What says that the first frame is finished.
+        Kind::Full => {
+            let frame = kind_of("rename", accesses)[0];
+            kind_of("write", accesses).into_iter().filter(|index| *index > frame).take(1).collect()
+        }
+    });
+}
+
+#[test]
+fn drawn_pictures() {
+    let stage = Stage::new();
+    stage.run("render world.toml -o @/a.png --renderer raster --size 8x6");
+    stage.try_faults("render world.toml -o @/a.png --renderer raster", None, |kind, accesses| match kind {
+        Kind::Io => kind_of("sync", accesses)[..1].into(),
+        Kind::Full => kind_of("write", accesses)[..1].into(),
+    });
 }
 
 #[test]
@@ -263,7 +311,13 @@ fn merged_pictures_and_differences() {
 #[test]
 fn exported_files() {
     let stage = Stage::new();
-    for out in ["height -o @/h.tif", "height -o @/h.exr", "height -o @/h.png", "height -o @/h.r16", "mesh -o @/m.glb"] {
+    for out in [
+        "height -o @/h.tif",
+        "height -o @/h.exr",
+        "height -o @/h.png",
+        "height -o @/h.r16",
+        "mesh -o @/m.glb",
+    ] {
         let export = format!("export world.toml --layer {out}");
         stage.try_faults(&export, None, all);
         // Over one that is there.
@@ -271,5 +325,7 @@ fn exported_files() {
             stage.try_faults(&format!("{export} --seed 2"), None, all);
         }
     }
-    stage.try_faults("export world.toml --layer mitsuba -o @/scene/", None, of_each_kind);
+    stage.try_faults("export world.toml --layer mitsuba -o @/scene/", None, |_, accesses| {
+        of_each_kind(accesses)
+    });
 }
