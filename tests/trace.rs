@@ -251,6 +251,47 @@ fn white_furnace() {
     }
 }
 
+/// A lens of radius R that is sharp at distance f sees each place at distance s as a disc of radius R·|1 − s/f|, evenly bright (Potmesil &
+/// Chakravarty 1981). Of such a disc, ½ + (asin t + t·√(1 − t²))/π lies on one side of an edge, t radii from its middle.
+#[test]
+fn a_lens_blurs_an_edge_into_a_disc() {
+    let gpu = kit::gpu();
+    let glowing = Material { emission: [1.0; 3], ..grey(0.0) };
+    let eye = Vec3::new(3.0, 2.0, -1.0);
+    let seen = |aperture: f32, focus: f32, distance: f32, edge: f32, turn: f32| {
+        // Beyond an edge that is turned about the axis of the view.
+        let (across, along) = (Vec3::new(turn.cos(), turn.sin(), 0.0), Vec3::new(-turn.sin(), turn.cos(), 0.0));
+        let corner = eye + distance * Vec3::NEG_Z + edge * across - 50.0 * along;
+        let scene = with(empty(&gpu), vec![(sheet(corner, -50.0 * across, 100.0 * along), glowing.clone())]);
+        let settings = Settings { bounces: 0, plain: true, aperture, focus, ..Settings::default() };
+        radiance_with(&gpu, &scene, settings, eye, eye + Vec3::NEG_Z)
+    };
+    // In front of what is sharp, and behind it.
+    for (focus, distance) in [(4.0, 2.0), (2.0, 4.0), (20.0, 4.0)] {
+        let aperture = 0.5;
+        let radius: f32 = aperture * f32::abs(1.0 - distance / focus);
+        for (t, turn) in [(0.0f64, 0.3), (0.35, 0.0), (0.7, 1.1), (0.95, 2.0), (-0.35, 4.0), (-0.7, 1.57)] {
+            let share = 0.5 + (t.asin() + t * (1.0 - t * t).sqrt()) / PI;
+            assert_share(seen(aperture, focus, distance, t as f32 * radius, turn), share);
+        }
+        for (t, share) in [(1.05, 1.0), (-1.05, 0.0)] {
+            assert_eq!(seen(aperture, focus, distance, t * radius, 0.5).0, share);
+        }
+    }
+    // What is sharp has no disc, nor has anything without a lens.
+    for (aperture, distance) in [(0.5, 4.0), (0.0, 9.0)] {
+        for (edge, share) in [(0.06, 1.0), (-0.06, 0.0)] {
+            assert_eq!(seen(aperture, 4.0, distance, edge, 0.5).0, share);
+        }
+    }
+}
+
+#[track_caller]
+fn assert_share((mean, error): (f64, f64), expected: f64) {
+    let off = (mean - expected).abs();
+    assert!(error < 0.002 && off <= 3.0 * error + 1e-4, "{mean} ± {error}, expected {expected}");
+}
+
 /// Nothing of a thing is behind it: a mesh that is turned and scaled is met where it stands.
 #[test]
 fn instances_stand_where_they_are_put() {
