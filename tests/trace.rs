@@ -11,7 +11,8 @@ use terrane::core::hash::mix;
 use terrane::core::mesh::Mesh;
 use terrane::gpu::{Buffer, Compute, Gpu, Recorder};
 use terrane::scene::{Film, Instance, Material, Scene, Sky, SkyMap, Sun, ToneMap};
-use terrane::shaders::{Trial, trace::scatter};
+use terrane::shaders::Trial;
+use terrane::shaders::trace::{scatter, waves};
 use terrane::trace::{Meeting, Ray, Settings, Tracer, Traversal, ground};
 
 use kit::forest::Random;
@@ -251,6 +252,48 @@ fn white_furnace() {
     }
 }
 
+/// A lens of radius R that is sharp at distance f sees each place at distance s as a disc of radius R·|1 − s/f|, evenly bright (Potmesil &
+/// Chakravarty 1981). Of such a disc, ½ + (asin t + t·√(1 − t²))/π lies on one side of an edge, t radii from its middle.
+#[test]
+fn a_lens_blurs_an_edge_into_a_disc() {
+    let gpu = kit::gpu();
+    let glowing = Material { emission: [1.0; 3], ..grey(0.0) };
+    let eye = Vec3::new(3.0, 2.0, -1.0);
+    let seen = |aperture: f32, focus: f32, distance: f32, edge: f32, turn: f32| {
+        // Beyond an edge that is turned about the axis of the view.
+        let (across, along) =
+            (Vec3::new(turn.cos(), turn.sin(), 0.0), Vec3::new(-turn.sin(), turn.cos(), 0.0));
+        let corner = eye + distance * Vec3::NEG_Z + edge * across - 50.0 * along;
+        let scene = with(empty(&gpu), vec![(sheet(corner, -50.0 * across, 100.0 * along), glowing.clone())]);
+        let settings = Settings { bounces: 0, plain: true, aperture, focus, ..Settings::default() };
+        radiance_with(&gpu, &scene, settings, eye, eye + Vec3::NEG_Z)
+    };
+    // In front of what is sharp, and behind it.
+    for (focus, distance) in [(4.0, 2.0), (2.0, 4.0), (20.0, 4.0)] {
+        let aperture = 0.5;
+        let radius: f32 = aperture * f32::abs(1.0 - distance / focus);
+        for (t, turn) in [(0.0f64, 0.3), (0.35, 0.0), (0.7, 1.1), (0.95, 2.0), (-0.35, 4.0), (-0.7, 1.57)] {
+            let share = 0.5 + (t.asin() + t * (1.0 - t * t).sqrt()) / PI;
+            assert_share(seen(aperture, focus, distance, t as f32 * radius, turn), share);
+        }
+        for (t, share) in [(1.05, 1.0), (-1.05, 0.0)] {
+            assert_eq!(seen(aperture, focus, distance, t * radius, 0.5).0, share);
+        }
+    }
+    // What is sharp has no disc, nor has anything without a lens.
+    for (aperture, distance) in [(0.5, 4.0), (0.0, 9.0)] {
+        for (edge, share) in [(0.06, 1.0), (-0.06, 0.0)] {
+            assert_eq!(seen(aperture, 4.0, distance, edge, 0.5).0, share);
+        }
+    }
+}
+
+#[track_caller]
+fn assert_share((mean, error): (f64, f64), expected: f64) {
+    let off = (mean - expected).abs();
+    assert!(error < 0.002 && off <= 3.0 * error + 1e-4, "{mean} ± {error}, expected {expected}");
+}
+
 /// Nothing of a thing is behind it: a mesh that is turned and scaled is met where it stands.
 #[test]
 fn instances_stand_where_they_are_put() {
@@ -313,17 +356,16 @@ fn views() -> impl Iterator<Item = [f32; 3]> {
     [0.0f32, 0.8, 1.45].into_iter().map(|angle| [0.6 * angle.sin(), 0.8 * angle.sin(), angle.cos()])
 }
 
-/// Directions are chosen as often as the density says: Pearson's test over bands of height and azimuth, with the density summed
-/// up over each. Independent draws would exceed the limit once in 10,000 tests; these are drawn more evenly.
-#[test]
-fn directions_are_chosen_with_their_density() {
+/// Directions are chosen as often as the density says: Pearson's test over bands of height above the plane z = 0 and of azimuth, with
+/// the density summed up over each. Independent draws would exceed the limit once in 10,000 tests; these are drawn more evenly.
+#[track_caller]
+fn assert_density(name: &str, judged: impl Fn(&[Vec3]) -> Vec<Trial>, chosen: impl Fn(usize) -> Vec<Trial>) {
     const BANDS: usize = 24;
     const SECTORS: usize = 24;
     /// Steps of the sum in each cell, down and around: 0.002 and 0.004 radians; the narrowest lobe is 0.02 wide.
     const DOWN: usize = 64;
     const AROUND: usize = 64;
     const DRAWS: usize = 1 << 17;
-    let gpu = kit::gpu();
     let direction = |band: f32, sector: f32| {
         let (level, z) = (std::f32::consts::PI * band / BANDS as f32).sin_cos();
         let azimuth = std::f32::consts::TAU * sector / SECTORS as f32;
@@ -335,47 +377,99 @@ fn directions_are_chosen_with_their_density() {
         .map(|index| direction(middle(index / columns, DOWN), middle(index % columns, AROUND)))
         .collect();
     let step = PI / (BANDS * DOWN) as f64 * 2.0 * PI / columns as f64;
+    let mut expected = [[0.0f64; SECTORS]; BANDS];
+    for (index, trial) in judged(&grid).iter().enumerate() {
+        let (band, sector) = (index / columns / DOWN, index % columns / AROUND);
+        let [x, y, _] = grid[index].to_array().map(f64::from);
+        expected[band][sector] += f64::from(trial.density) * x.hypot(y) * step * DRAWS as f64;
+    }
+    let mut found = [[0.0f64; SECTORS]; BANDS];
+    let mut drawn = 0.0;
+    for trial in chosen(DRAWS) {
+        if trial.density <= 0.0 {
+            continue;
+        }
+        let [x, y, z] = trial.direction;
+        let length = Vec3::from(trial.direction).length();
+        assert!((length - 1.0).abs() < 1e-5, "{name}: {:?}", trial.direction);
+        let band = (z.clamp(-1.0, 1.0).acos() / std::f32::consts::PI * BANDS as f32) as usize;
+        let turn = y.atan2(x).rem_euclid(std::f32::consts::TAU) / std::f32::consts::TAU;
+        let sector = (turn * SECTORS as f32) as usize;
+        found[band.min(BANDS - 1)][sector.min(SECTORS - 1)] += 1.0;
+        drawn += 1.0;
+    }
+    // What has no density is not drawn.
+    let all: f64 = expected.iter().flatten().sum();
+    assert!((all - drawn).abs() < 4.0 * (DRAWS as f64).sqrt(), "{name}: {drawn} of {all}");
+    let (mut sum, mut cells, mut few) = (0.0f64, 0.0f64, [0.0f64; 2]);
+    for (expected, found) in expected.iter().flatten().zip(found.iter().flatten()) {
+        if *expected < 5.0 {
+            few = [few[0] + expected, few[1] + found];
+            continue;
+        }
+        sum += (found - expected).powi(2) / expected;
+        cells += 1.0;
+    }
+    assert!(few[1] <= few[0] + 4.0 * few[0].sqrt() + 5.0, "{name}: {few:?} in empty cells");
+    // Chi squared of so many cells, one in 10,000 (Wilson & Hilferty 1931).
+    let ninth = 2.0 / (9.0 * cells);
+    let limit = cells * (1.0 - ninth + 3.719 * ninth.sqrt()).powi(3);
+    assert!(sum <= limit, "{name}: {sum:.0} over {cells} cells, at most {limit:.0}");
+}
+
+#[test]
+fn directions_are_chosen_with_their_density() {
+    let gpu = kit::gpu();
     for (name, surface) in SURFACES {
         for view in views() {
             let surface = scatter::Push { view, ..surface };
-            let mut expected = [[0.0f64; SECTORS]; BANDS];
-            for (index, trial) in scattering(&gpu, surface, false, &grid).iter().enumerate() {
-                let (band, sector) = (index / columns / DOWN, index % columns / AROUND);
-                let [x, y, _] = grid[index].to_array().map(f64::from);
-                expected[band][sector] += f64::from(trial.density) * x.hypot(y) * step * DRAWS as f64;
-            }
-            let mut found = [[0.0f64; SECTORS]; BANDS];
-            let mut drawn = 0.0;
-            for trial in scattering(&gpu, surface, true, &vec![Vec3::Z; DRAWS]) {
-                if trial.density <= 0.0 {
-                    continue;
-                }
-                let [x, y, z] = trial.direction;
-                let length = Vec3::from(trial.direction).length();
-                assert!((length - 1.0).abs() < 1e-5, "{name}, {view:?}: {:?}", trial.direction);
-                let band = (z.clamp(-1.0, 1.0).acos() / std::f32::consts::PI * BANDS as f32) as usize;
-                let turn = y.atan2(x).rem_euclid(std::f32::consts::TAU) / std::f32::consts::TAU;
-                let sector = (turn * SECTORS as f32) as usize;
-                found[band.min(BANDS - 1)][sector.min(SECTORS - 1)] += 1.0;
-                drawn += 1.0;
-            }
-            // What is not drawn went below the surface: the density leaves it out, too.
-            let all: f64 = expected.iter().flatten().sum();
-            assert!((all - drawn).abs() < 4.0 * (DRAWS as f64).sqrt(), "{name}, {view:?}: {drawn} of {all}");
-            let (mut sum, mut cells, mut few) = (0.0f64, 0.0f64, [0.0f64; 2]);
-            for (expected, found) in expected.iter().flatten().zip(found.iter().flatten()) {
-                if *expected < 5.0 {
-                    few = [few[0] + expected, few[1] + found];
-                    continue;
-                }
-                sum += (found - expected).powi(2) / expected;
-                cells += 1.0;
-            }
-            assert!(few[1] <= few[0] + 4.0 * few[0].sqrt() + 5.0, "{name}, {view:?}: {few:?} in empty cells");
-            // Chi squared of so many cells, one in 10,000 (Wilson & Hilferty 1931).
-            let ninth = 2.0 / (9.0 * cells);
-            let limit = cells * (1.0 - ninth + 3.719 * ninth.sqrt()).powi(3);
-            assert!(sum <= limit, "{name}, {view:?}: {sum:.0} over {cells} cells, at most {limit:.0}");
+            assert_density(
+                &format!("{name}, {view:?}"),
+                |directions| scattering(&gpu, surface, false, directions),
+                |draws| scattering(&gpu, surface, true, &vec![Vec3::Z; draws]),
+            );
+        }
+    }
+}
+
+/// Lets waves judge directions, or choose as many; `z` of the directions is up.
+fn crossing(gpu: &Gpu, sea: waves::Push, choose: bool, directions: &[Vec3]) -> Vec<Trial> {
+    static SHARED: OnceLock<Compute<waves::Shader>> = OnceLock::new();
+    let pass = SHARED.get_or_init(|| Compute::new(gpu, waves::Constants::default()).expect("a program"));
+    let count = directions.len() as u32;
+    let trial = |way: &Vec3| Trial { direction: [way.x, way.z, -way.y], ..Trial::default() };
+    let given: Vec<Trial> = directions.iter().map(trial).collect();
+    let trials = Buffer::new(gpu, "trials", given.len()).unwrap();
+    let mut rec = Recorder::new(gpu);
+    rec.upload(&trials, &given);
+    let push = waves::Push { choose: choose.into(), count, ..sea };
+    rec.dispatch(pass, [count, 1], push, waves::Bindings { trials: &trials });
+    let download = rec.download(&trials);
+    let answers = download.take(&rec.submit().unwrap().wait().unwrap());
+    let turned =
+        |Trial { direction: [x, y, z], density, value }| Trial { direction: [x, -z, y], density, value };
+    answers.into_iter().map(turned).collect()
+}
+
+/// Waves, calm and rough, level and leaning, that are seen from above and from near the horizon. What they mirror is chosen with the
+/// density that it claims; and with what they let through it is all the light that there is, no more and no less.
+#[test]
+fn waves_mirror_with_their_density_and_keep_energy() {
+    let gpu = kit::gpu();
+    for (deviation, slope) in [(0.03, [0.0, 0.0]), (0.1, [0.1, -0.05]), (0.3, [-0.2, 0.3])] {
+        for angle in [0.0f32, 0.8, 1.35, 1.52] {
+            let view = [0.6 * angle.sin(), -angle.cos(), 0.8 * angle.sin()];
+            let sea = waves::Push { view, slope, deviation, choose: 0, count: 0 };
+            let name = format!("waves {deviation}, {slope:?} from {angle}");
+            let judged = |directions: &[Vec3]| crossing(&gpu, sea, false, directions);
+            let chosen = |draws| crossing(&gpu, sea, true, &vec![Vec3::Z; draws]);
+            assert_density(&name, judged, chosen);
+            let weights: Vec<f64> = chosen(1 << 16).iter().map(|trial| f64::from(trial.value[0])).collect();
+            let count = weights.len() as f64;
+            let mean = weights.iter().sum::<f64>() / count;
+            let variance = weights.iter().map(|weight| (weight - mean).powi(2)).sum::<f64>() / count;
+            let error = (variance / count).sqrt();
+            assert!((mean - 1.0).abs() <= 3.0 * error + 1e-5, "{name}: {mean} ± {error}");
         }
     }
 }

@@ -3,6 +3,7 @@
 #define TURN_GLSL
 
 #include "lib/bsdf.glsl"
+#include "lib/fresnel.glsl"
 #include "lib/hit.glsl"
 #include "lib/path.glsl"
 #include "lib/sampler.glsl"
@@ -59,16 +60,6 @@ vec2 random_pair(uint index, uint pair) {
 vec3 start(vec3 point, vec3 outward, vec3 direction) {
     float off = 4e-7 * (abs(point.x) + abs(point.y) + abs(point.z)) + 1e-5;
     return point + (dot(outward, direction) > 0.0 ? off : -off) * outward;
-}
-
-// Fresnel's reflectance of unpolarised light that comes at `cosine` into what is `index` times as dense.
-float fresnel_dielectric(float cosine, float index) {
-    float sine = 1.0 - (1.0 - cosine * cosine) / (index * index);
-    if (sine <= 0.0) return 1.0;
-    float inside = sqrt(sine);
-    float parallel = (index * cosine - inside) / (index * cosine + inside);
-    float across = (cosine - index * inside) / (cosine + index * inside);
-    return 0.5 * (parallel * parallel + across * across);
 }
 
 // A light that is looked for, seen from a place in the air or through the flat surface of the sea.

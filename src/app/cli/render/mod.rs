@@ -357,6 +357,7 @@ impl<'a> Job<'a> {
         // It may be of fewer samples, if a run ended before it wrote the last one.
         let there = file::found(&shot.path).ok().map(|found| self.known(&found.sha256));
         if there.is_some() && there == picture {
+            checkpoint.settle();
             self.leave(shot, "has all its samples", session)?;
         } else {
             self.finish(shot, checkpoint, &sums, session)?;
@@ -455,7 +456,7 @@ impl<'a> Job<'a> {
                 session.report.frame(frame, &written, false);
             }
             None => {
-                checkpoint.remove_older();
+                checkpoint.settle();
                 session.report.wrote(&written);
                 session.report.checkpoint = Some(checkpoint.path.to_string_lossy().into_owned());
                 let kept = checkpoint.path.display();
