@@ -1,9 +1,9 @@
 //! Device memory of a picture, before any device is asked.
 
 use super::population::{canopy, cast, shapes};
-use super::{Quality, exposure, patches};
+use super::{Quality, patches};
 use crate::core::{grid::Grid, memory::Memory};
-use crate::scene::{Film, Population};
+use crate::scene::{Film, Population, shelter};
 use crate::shaders::Patch;
 
 /// What [`super::Renderer::begin`] and [`super::Drawing::step`] need beside the ground itself.
@@ -45,7 +45,7 @@ pub fn maps(grid: Grid) -> Vec<Memory> {
 }
 
 fn light(grid: Grid) -> Vec<Memory> {
-    let texels = u64::from(exposure::side(grid)).pow(2);
+    let texels = u64::from(shelter::side(grid)).pow(2);
     let patches = u64::from(patches::side(grid)).pow(2);
     vec![
         // Shadow, openness, surf and glow.

@@ -9,6 +9,7 @@ mod model;
 mod path;
 mod perez;
 mod picture;
+pub mod shelter;
 mod sky_map;
 mod stand;
 
@@ -25,6 +26,7 @@ pub use model::{Instance, Level, Model, Part, Population};
 pub use path::{CameraPath, Keyframe};
 pub use perez::Perez;
 pub use picture::Picture;
+pub use shelter::Shelter;
 pub use sky_map::SkyMap;
 pub use stand::{Place, Stand, Viewpoint};
 

@@ -14,13 +14,10 @@ pub mod tree;
 
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
-use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
-use crate::scene::{self, Film, Scene};
+use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Recorder};
+use crate::scene::{self, Film, Scene, Shelter, shelter};
 use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
-use crate::shaders::{
-    self, Frame, Work,
-    raster::{openness, surf},
-};
+use crate::shaders::{self, Frame, Work};
 use glam::Vec3;
 use std::time::{Duration, Instant};
 
@@ -34,8 +31,7 @@ use tree::Tree;
 /// Traces scenes. Making one compiles its programs; it can then trace any number of pictures.
 pub struct Tracer {
     gpu: Gpu,
-    openness: Compute<openness::Shader>,
-    surf: Compute<surf::Shader>,
+    shelter: shelter::Passes,
     generate: Compute<generate::Shader>,
     rays: Programs,
     escape: Compute<escape::Shader>,
@@ -70,9 +66,6 @@ impl Default for Settings {
 
 /// Work that a submission should last, so that windows stay responsive and no watchdog bites.
 const SUBMISSION: Duration = Duration::from_millis(40);
-
-/// Most samples along a side of what says how places lie open.
-const FINEST_EXPOSURE: u32 = 1024;
 
 /// Fewest paths at work: a device has that many lanes to fill.
 const FEWEST_PATHS: u32 = 2048;
@@ -114,8 +107,7 @@ impl Tracer {
         let (sea, model) = others;
         Ok(Tracer {
             gpu: gpu.clone(),
-            openness: Compute::new(gpu, ())?,
-            surf: Compute::new(gpu, ())?,
+            shelter: shelter::Passes::new(gpu)?,
             generate: Compute::new(gpu, generate::Constants { independent })?,
             rays: Programs::new(gpu, traversal)?,
             escape: Compute::new(gpu, escape::Constants { independent })?,
@@ -148,7 +140,7 @@ impl Tracer {
         let frame = upload(gpu, "frame", &[frame])?;
         let panorama = scene::panorama(gpu, sky)?;
         let dome = upload(gpu, "dome", &sky::table(sky))?;
-        let [openness, surf] = self.exposure(scene, &frame)?;
+        let shelter = self.shelter.measure(gpu, &scene.ground, &frame)?;
         let paths = Paths::new(gpu, Block::most_pixels(film) as usize, settings.bounces)?;
         let sums = Sums::new(film.width, film.height);
         let count = match gpu.info().kind {
@@ -164,35 +156,12 @@ impl Tracer {
             frame,
             panorama,
             dome,
-            openness,
-            surf,
+            shelter,
             paths,
             sums,
             count,
             piece: None,
         })
-    }
-
-    /// How much of the sky each place on the ground sees, and how much of the open sea's waves reaches it.
-    fn exposure(&self, scene: &Scene, frame: &Buffer<Frame>) -> gpu::Result<[Image<R32f>; 2]> {
-        let side = scene.ground.grid.cells.min(FINEST_EXPOSURE);
-        let (size, cells) = ([side; 2], side as i32);
-        let openness = Image::new(&self.gpu, "openness", size)?;
-        let surf = Image::new(&self.gpu, "surf", size)?;
-        let height = &scene.ground.height;
-        let mut rec = Recorder::new(&self.gpu);
-        rec.concurrent(|rec| {
-            let bindings = openness::Bindings { frame, height, openness: &openness };
-            rec.dispatch(&self.openness, size, openness::Push { cells }, bindings);
-            rec.dispatch(
-                &self.surf,
-                size,
-                surf::Push { cells },
-                surf::Bindings { frame, height, surf: &surf },
-            );
-        });
-        rec.submit()?.wait()?;
-        Ok([openness, surf])
     }
 }
 
@@ -257,8 +226,7 @@ pub struct Tracing<'a> {
     frame: Buffer<Frame>,
     panorama: Buffer<[f32; 3]>,
     dome: Buffer<f32>,
-    openness: Image<R32f>,
-    surf: Image<R32f>,
+    shelter: Shelter,
     paths: Paths,
     sums: Sums,
     /// Paths that a submission has at work: as many as it can finish in time.
@@ -386,8 +354,8 @@ impl Tracing<'_> {
     /// The next sample of the next `count` pixels of the piece.
     fn trace(&self, piece: &Piece, count: u32) -> gpu::Result<()> {
         let &Piece { ref block, ref film, ref flaws, index, first } = piece;
-        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, openness, surf, paths, .. } =
-            self;
+        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, shelter, paths, .. } = self;
+        let Shelter { openness, surf } = shelter;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
         let Tree { triangles, coats, placements, materials, .. } = tree;
         let ground = &scene.ground;
