@@ -1,10 +1,10 @@
 //! The land as a mesh with normals and colours, for other renderers: the triangles that are traced.
 
+use super::assets::unseen;
 use super::{ground, upload};
-use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
 use crate::gpu::{self, Compute, Gpu, Recorder};
-use crate::scene::{self, Film, Scene, ToneMap, shelter};
+use crate::scene::{Scene, shelter};
 use crate::shaders::{self, trace::corners};
 use glam::Vec3;
 
@@ -62,10 +62,7 @@ const BATCH: usize = 1 << 20;
 /// # Errors
 /// A lost device, or no memory.
 pub fn corners(gpu: &Gpu, scene: &Scene, points: &[Vec3]) -> gpu::Result<Vec<shaders::Corner>> {
-    // Neither film nor camera matter.
-    let film = Film { width: 1, height: 1, exposure: 1.0, tone_map: ToneMap::None };
-    let camera = Pinhole::look_along(Vec3::ZERO, Vec3::NEG_Z, 1.0, 1.0);
-    let frame = upload(gpu, "frame", &[scene::frame(scene, &film, 1, &camera)])?;
+    let frame = upload(gpu, "frame", &[unseen(scene)])?;
     let ground = &scene.ground;
     let shelter = shelter::Passes::new(gpu)?.measure(gpu, ground, &frame)?;
     let pass = Compute::<corners::Shader>::new(gpu, ())?;

@@ -4,6 +4,7 @@
 //! "Megakernels Considered Harmful"): `generate` sends them from the eye, `extend` finds what they meet, `escape`, `land`,
 //! `model` and `sea` turn them and look for light, `connect` sees whether anything hides it, `film` adds what they gathered to their pixels.
 
+mod assets;
 mod film;
 pub mod ground;
 pub mod memory;
@@ -19,14 +20,16 @@ use crate::scene::{self, Film, Scene, Shelter, shelter};
 use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
 use crate::shaders::{self, Frame, Work};
 use glam::Vec3;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+pub use assets::Assets;
 pub use film::{Crop, Flaws, MOST_SAMPLES, Sums};
 pub use rays::Traversal;
 
 use film::Block;
 use rays::Programs;
-use tree::Tree;
+use tree::{Parts, Tree};
 
 /// Traces scenes. Making one compiles its programs; it can then trace any number of pictures.
 pub struct Tracer {
@@ -118,7 +121,15 @@ impl Tracer {
         })
     }
 
-    /// Begins the picture of `scene`, of `film`'s size: builds the trees that rays go through.
+    /// What all pictures of `scene` have in common: builds the trees over its land and its models.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn assets(&self, scene: &Scene) -> gpu::Result<Arc<Assets>> {
+        Ok(Arc::new(Assets::new(self, scene)?))
+    }
+
+    /// Begins the picture of `scene`, of `film`'s size.
     ///
     /// # Errors
     /// A lost device, or no memory.
@@ -129,18 +140,26 @@ impl Tracer {
         camera: &Pinhole,
         settings: Settings,
     ) -> gpu::Result<Tracing<'a>> {
+        self.begin_with(&self.assets(scene)?, scene, film, camera, settings)
+    }
+
+    /// The same with assets of this scene, or of another with its ground, light and models.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn begin_with<'a>(
+        &'a self,
+        assets: &Arc<Assets>,
+        scene: &'a Scene,
+        film: &Film,
+        camera: &Pinhole,
+        settings: Settings,
+    ) -> gpu::Result<Tracing<'a>> {
         let gpu = &self.gpu;
-        let mut rec = Recorder::new(gpu);
-        let heights = rec.download(&scene.ground.height);
-        let heights = heights.take(&rec.submit()?.wait()?);
-        let tree = Tree::new(gpu, scene, &heights, self.rays.traversal())?;
-        let sky = &scene.light.sky;
-        let dome_size = sky::size(sky).map(|count| count as i32);
+        let tree = Tree::new(gpu, &assets.parts, &scene.population.instances)?;
+        let dome_size = sky::size(&scene.light.sky).map(|count| count as i32);
         let frame = Frame { dome_size, ..scene::frame(scene, film, 1, camera) };
         let frame = upload(gpu, "frame", &[frame])?;
-        let panorama = scene::panorama(gpu, sky)?;
-        let dome = upload(gpu, "dome", &sky::table(sky))?;
-        let shelter = self.shelter.measure(gpu, &scene.ground, &frame)?;
         let paths = Paths::new(gpu, Block::most_pixels(film) as usize, settings.bounces)?;
         let sums = Sums::new(film.width, film.height);
         let count = match gpu.info().kind {
@@ -152,11 +171,9 @@ impl Tracer {
             scene,
             film: *film,
             settings,
+            assets: assets.clone(),
             tree,
             frame,
-            panorama,
-            dome,
-            shelter,
             paths,
             sums,
             count,
@@ -222,11 +239,9 @@ pub struct Tracing<'a> {
     scene: &'a Scene,
     film: Film,
     settings: Settings,
+    assets: Arc<Assets>,
     tree: Tree,
     frame: Buffer<Frame>,
-    panorama: Buffer<[f32; 3]>,
-    dome: Buffer<f32>,
-    shelter: Shelter,
     paths: Paths,
     sums: Sums,
     /// Paths that a submission has at work: as many as it can finish in time.
@@ -354,10 +369,11 @@ impl Tracing<'_> {
     /// The next sample of the next `count` pixels of the piece.
     fn trace(&self, piece: &Piece, count: u32) -> gpu::Result<()> {
         let &Piece { ref block, ref film, ref flaws, index, first } = piece;
-        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, shelter, paths, .. } = self;
-        let Shelter { openness, surf } = shelter;
+        let Tracing { tracer, scene, settings, assets, tree, frame, paths, .. } = self;
+        let Assets { parts, panorama, dome, shelter: Shelter { openness, surf } } = &**assets;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
-        let Tree { triangles, coats, placements, materials, .. } = tree;
+        let Parts { triangles, coats, materials, .. } = parts;
+        let placements = &tree.placements;
         let ground = &scene.ground;
         let (world, lattice) = ((tree, &ground.height), lattice(ground.grid));
         let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);

@@ -16,7 +16,7 @@ use crate::gpu::{self, Gpu};
 use crate::raster::{self, Quality};
 use crate::scene::{Film, Picture, Scene};
 use crate::terrain::Plan;
-use crate::trace::{Crop, Sums, Tracer, Tracing, Traversal};
+use crate::trace::{Assets, Crop, Sums, Tracer, Tracing, Traversal};
 use crate::world::shard::Render;
 use crate::world::{self, Renderer, World};
 use checkpoint::{Checkpoint, Found};
@@ -25,6 +25,7 @@ use frames::Name;
 use picture::Finish;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use trace::Noise;
 
 /// Render a picture of a world, a part of one, or the frames of a film
@@ -267,7 +268,8 @@ impl<'a> Job<'a> {
                 Renderer::Trace => {
                     let checkpoint = self.checkpoint(&mut studio, &shot)?;
                     session.progress.show("acceleration", 0, 1);
-                    let mut tracing = studio.tracer()?.begin(&scene, &film, &pinhole, settings)?;
+                    let (tracer, assets) = studio.tracer(&scene)?;
+                    let mut tracing = tracer.begin_with(assets, &scene, &film, &pinhole, settings)?;
                     session.progress.show("acceleration", 1, 1);
                     self.trace(&shot, &mut tracing, checkpoint, &mut work.gathered, session)?;
                 }
@@ -524,14 +526,14 @@ impl<'a> Job<'a> {
     }
 }
 
-/// What all pictures of a device have in common: programs are compiled once, and the world is hashed once, when they are needed.
+/// What all pictures of a device have in common: made once, and not before it is needed.
 struct Studio<'a> {
     gpu: &'a Gpu,
     traversal: Traversal,
     /// Of no frame.
     render: Option<Render>,
     raster: Option<raster::Renderer>,
-    tracer: Option<Tracer>,
+    tracer: Option<(Tracer, Arc<Assets>)>,
 }
 
 impl Studio<'_> {
@@ -553,10 +555,15 @@ impl Studio<'_> {
         }
     }
 
-    fn tracer(&mut self) -> gpu::Result<&Tracer> {
+    /// With what the scenes of all frames have in common.
+    fn tracer(&mut self, scene: &Scene) -> gpu::Result<&(Tracer, Arc<Assets>)> {
         match &mut self.tracer {
             Some(tracer) => Ok(tracer),
-            none => Ok(none.insert(Tracer::with(self.gpu, self.traversal)?)),
+            none => {
+                let tracer = Tracer::with(self.gpu, self.traversal)?;
+                let assets = tracer.assets(scene)?;
+                Ok(none.insert((tracer, assets)))
+            }
         }
     }
 }
