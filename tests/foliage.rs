@@ -499,7 +499,7 @@ fn memory_of_plants_is_known_before() {
     let mut drawing = renderer.begin(&scene, &film, ONE_SAMPLE).expect("a drawing");
     while drawing.step().expect("a tile") {}
     let most = gpu.memory().peak;
-    let mut parts = raster::memory::picture(scene.ground.grid, &film, ONE_SAMPLE);
+    let mut parts = raster::memory::picture(scene.ground.grid, &film, &scene.light.sky, ONE_SAMPLE);
     parts.extend(raster::memory::plants(scene.ground.grid, &film, ONE_SAMPLE));
     parts.push(raster::memory::models(&scene.population));
     let planned = land + memory::total(&parts);

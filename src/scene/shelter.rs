@@ -25,6 +25,11 @@ pub fn side(grid: Grid) -> u32 {
 }
 
 impl Shelter {
+    /// On the device, bytes.
+    pub fn bytes(grid: Grid) -> u64 {
+        2 * 4 * u64::from(side(grid)).pow(2)
+    }
+
     fn new(gpu: &Gpu, grid: Grid) -> gpu::Result<Self> {
         let size = [side(grid); 2];
         Ok(Shelter { openness: Image::new(gpu, "openness", size)?, surf: Image::new(gpu, "surf", size)? })

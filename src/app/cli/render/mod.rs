@@ -241,7 +241,9 @@ impl<'a> Job<'a> {
         }
         let planted = !world.plants.rules.is_empty();
         let limits = memory::Limits::of(&gpu);
-        memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0, renderer }, &limits)?;
+        let sky = &world.light.sky;
+        let goal = |_: &Plan| Goal::Picture { film, sky, planted, models: 0, renderer };
+        memory::check(&world.plan, goal, &limits)?;
         let simulation = land::simulate(&gpu, world, session)?;
         let view = land::camera(&gpu, world, &simulation)?;
         let garden = Garden::new(&gpu, world, &simulation, session)?;
@@ -258,7 +260,7 @@ impl<'a> Job<'a> {
             let population = garden.populate(&camera, &film, session)?;
             if renderer == Renderer::Trace {
                 let models = crate::trace::memory::population(&population).bytes;
-                let goal = |_: &Plan| Goal::Picture { film, planted: models > 0, models, renderer };
+                let goal = |_: &Plan| Goal::Picture { film, sky, planted: models > 0, models, renderer };
                 memory::check(&world.plan, goal, &limits)?;
             }
             let pinhole = garden.pinhole(&camera, &film);
