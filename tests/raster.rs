@@ -531,7 +531,8 @@ fn memory_of_a_picture_is_known_before() {
         let mut drawing = renderer.begin(&scene, &film, quality).expect("a drawing");
         while drawing.step().expect("a tile") {}
         let most = gpu.memory().peak;
-        let planned = land + memory::total(&raster::memory::picture(scene.ground.grid, &film, &scene.light.sky, quality));
+        let planned = land
+            + memory::total(&raster::memory::picture(scene.ground.grid, &film, &scene.light.sky, quality));
         // Graphics cards keep images in tiles, which small ones don't fill.
         let padding = if gpu.info().kind == DeviceKind::Cpu { planned / 4 } else { planned / 2 };
         assert!(most >= planned && most < planned + padding, "{cells}: {planned} planned, {most} used");

@@ -89,7 +89,9 @@ impl Goal<'_> {
     /// Memory of the host that maps and the picture of the sky take since the world was read, bytes.
     fn read(&self, plan: &Plan) -> u64 {
         let sky = match self {
-            Goal::Picture { sky, .. } | Goal::Layers(Layers { source: Source::Renderer(sky), .. }) => sky.bytes(),
+            Goal::Picture { sky, .. } | Goal::Layers(Layers { source: Source::Renderer(sky), .. }) => {
+                sky.bytes()
+            }
             Goal::Layers(Layers { source: Source::Simulation, .. }) => 0,
         };
         plan.map_bytes() + sky
@@ -154,11 +156,7 @@ pub fn check<'a>(plan: &Plan, goal: impl Fn(&Plan) -> Goal<'a>, limits: &Limits)
 }
 
 /// Most cells that the world could have within the limits.
-pub fn largest_grid<'a>(
-    plan: &Plan,
-    goal: impl Fn(&Plan) -> Goal<'a>,
-    limits: &Limits,
-) -> Option<u32> {
+pub fn largest_grid<'a>(plan: &Plan, goal: impl Fn(&Plan) -> Goal<'a>, limits: &Limits) -> Option<u32> {
     const FEWEST: u32 = 64;
     const MOST: u32 = 8192;
 

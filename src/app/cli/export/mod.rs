@@ -140,7 +140,11 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         cells if cells == world.plan.grid.cells => plan.grid.cells,
         cells => cells,
     };
-    memory::check(&world.plan, |plan| goal(plan, &world.light.sky, &request, written(plan)), &Limits::of(&gpu))?;
+    memory::check(
+        &world.plan,
+        |plan| goal(plan, &world.light.sky, &request, written(plan)),
+        &Limits::of(&gpu),
+    )?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let Request { cells, tiles, preset, .. } = request;
     let land = Land::new(&arguments.world, &world, &simulation, cells, tiles, preset);

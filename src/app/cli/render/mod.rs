@@ -320,7 +320,12 @@ impl<'a> Job<'a> {
     }
 
     /// With --resume: takes from the beginning of the work what is there already, and is as it should be.
-    fn leave_finished(&self, studio: &mut Studio, work: &mut Work, session: &mut Session) -> Result<(), Error> {
+    fn leave_finished(
+        &self,
+        studio: &mut Studio,
+        work: &mut Work,
+        session: &mut Session,
+    ) -> Result<(), Error> {
         if !self.arguments.resume || work.gathered.is_some() {
             return Ok(());
         }
