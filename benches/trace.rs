@@ -7,6 +7,10 @@ use terrane::bench;
 
 fn main() -> ExitCode {
     kit::print(|gpu| {
-        Ok(bench::rays(gpu, || false, |row| eprintln!("{}: {:.2} million rays a second", row.name, row.mrays))?)
+        Ok(bench::rays(
+            gpu,
+            || false,
+            |row| eprintln!("{}: {:.2} million rays a second", row.name, row.mrays),
+        )?)
     })
 }
