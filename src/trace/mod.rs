@@ -16,7 +16,7 @@ pub mod tree;
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
 use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Recorder};
-use crate::scene::{self, Film, Scene, Shelter, shelter};
+use crate::scene::{self, Film, Ground, Scene, Shelter, shelter};
 use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
 use crate::shaders::{self, Frame, Work};
 use glam::Vec3;
@@ -374,13 +374,13 @@ impl Tracing<'_> {
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
         let Parts { triangles, coats, materials, .. } = parts;
         let placements = &tree.placements;
-        let ground = &scene.ground;
-        let (world, lattice) = ((tree, &ground.height), lattice(ground.grid));
+        let &Ground { ref height, ref water, ref wetness, ref reef, grid, sea_level } = &scene.ground;
+        let (world, lattice) = ((tree, height), lattice(grid));
         let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);
         let size = [count, 1];
         let (first, count) = (first as i32, count as i32);
         let &Settings { seed, bounces, aperture, focus, plain, sea: with_sea } = settings;
-        let sea_level = if with_sea { ground.sea_level } else { f32::MIN };
+        let sea_level = if with_sea { sea_level } else { f32::MIN };
         let mut rec = Recorder::new(&tracer.gpu);
         rec.dispatch(
             &tracer.generate,
@@ -394,82 +394,23 @@ impl Tracing<'_> {
                 Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into(), sea_level };
             let push = extend::Push { turn, sea_level, lattice };
             tracer.rays.extend(&mut rec, size[0], push, world, &self.paths, queue);
+            // What all programs have that turn paths, and what one of them has for itself.
+            macro_rules! bindings {
+                ($program:ident: $queue:expr $(, $own:ident)*) => {
+                    $program::Bindings {
+                        queue: $queue, frame, paths, hits, turns, next, looks, features, dome, panorama $(, $own)*
+                    }
+                };
+            }
             rec.concurrent(|rec| {
-                let queue = escaped;
-                let bindings = escape::Bindings {
-                    frame,
-                    paths,
-                    hits,
-                    turns,
-                    queue,
-                    next,
-                    looks,
-                    features,
-                    dome,
-                    panorama,
-                };
+                let bindings = bindings!(escape: escaped);
                 rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
-                let queue = sea;
-                let height = &ground.height;
-                let bindings = sea::Bindings {
-                    frame,
-                    paths,
-                    hits,
-                    turns,
-                    queue,
-                    next,
-                    looks,
-                    features,
-                    dome,
-                    panorama,
-                    height,
-                    surf,
-                };
+                let bindings = bindings!(sea: sea, height, surf);
                 rec.dispatch(&tracer.sea, size, sea::Push { work }, bindings);
-                rec.dispatch(
-                    &tracer.land,
-                    size,
-                    land::Push { work },
-                    land::Bindings {
-                        frame,
-                        paths,
-                        hits,
-                        turns,
-                        queue: land,
-                        next,
-                        looks,
-                        features,
-                        dome,
-                        panorama,
-                        triangles,
-                        height: &ground.height,
-                        wetness: &ground.wetness,
-                        reef: &ground.reef,
-                        water: &ground.water,
-                        openness,
-                    },
-                );
-                rec.dispatch(
-                    &tracer.model,
-                    size,
-                    model::Push { work },
-                    model::Bindings {
-                        frame,
-                        paths,
-                        hits,
-                        turns,
-                        queue: models,
-                        next,
-                        looks,
-                        features,
-                        dome,
-                        panorama,
-                        triangles,
-                        coats,
-                        placements,
-                        materials,
-                    },
-                );
+                let bindings = bindings!(land: land, triangles, height, wetness, reef, water, openness);
+                rec.dispatch(&tracer.land, size, land::Push { work }, bindings);
+                let bindings = bindings!(model: models, triangles, coats, placements, materials);
+                rec.dispatch(&tracer.model, size, model::Push { work }, bindings);
             });
             if turn < bounces {
                 tracer.rays.connect(&mut rec, size[0], connect::Push { turn, lattice }, world, &self.paths);
