@@ -510,6 +510,20 @@ fn arguments_that_make_no_sense_are_refused() {
     refused(&["world.toml", "--spp", "0"], 2, "--spp");
 }
 
+/// As many frames as there may be are no list in memory: what is missing in 512 MiB is a driver.
+#[test]
+fn frames_take_no_memory() {
+    let folder = folder();
+    let output = Command::new("sh")
+        .args(["-c", "ulimit -v 524288 && exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_terrane")])
+        .args(["render", "world.toml", "--frames", "0..10000001", "-o", "%d.png", "--no-cache"])
+        .current_dir(folder.path())
+        .envs([("VK_DRIVER_FILES", "/nonexistent.json"), ("VK_ICD_FILENAMES", "/nonexistent.json")])
+        .output()
+        .unwrap();
+    assert_eq!(code(&output), 4, "{}", stderr(&output));
+}
+
 #[test]
 fn keyframes_that_make_no_path_are_refused() {
     let refused = |keyframes: &str, part: &str| {
