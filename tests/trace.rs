@@ -13,7 +13,7 @@ use terrane::gpu::{Buffer, Compute, Gpu, Recorder};
 use terrane::scene::{Film, Instance, Material, Scene, Sky, SkyMap, Sun, ToneMap};
 use terrane::shaders::Trial;
 use terrane::shaders::trace::{scatter, waves};
-use terrane::trace::{Meeting, Ray, Settings, Tracer, Traversal, ground};
+use terrane::trace::{Assets, Meeting, Ray, Settings, Tracer, Traversal, ground};
 
 use kit::forest::Random;
 use kit::stage::{ball, empty, grey, on, sheet, with};
@@ -744,6 +744,33 @@ fn the_same_samples_give_the_same_bits() {
     assert_eq!(once, traced(&gpu, &scene, 24, 16, &[8]));
     assert_eq!(once, traced(&gpu, &scene, 24, 16, &[1, 3, 8]));
     assert_ne!(once, traced(&gpu, &scene, 24, 16, &[9]));
+}
+
+/// A frame has the same bits with what was made ready for another frame of its film.
+#[test]
+fn frames_have_their_assets_in_common() {
+    let gpu = kit::gpu();
+    let things = [0.8, 0.3].map(|radius| (ball(Vec3::ZERO, radius, 1.0, 16, false), grey(0.5)));
+    let first = sky(with(empty(&gpu), things.to_vec()), 1.0);
+    let mut second = first.clone();
+    let moved = |x: f32, model: u32| {
+        let position = Vec3::new(x, -2.0, 0.5);
+        Instance { model, position, ..first.population.instances[0] }
+    };
+    second.population.instances = [moved(0.4, 1), moved(-0.9, 1), moved(1.1, 0)].into();
+    let film = Film { width: 16, height: 16, exposure: 1.0, tone_map: ToneMap::None };
+    let camera = Pinhole::look_at(Vec3::Y, Vec3::NEG_Y, 1.0, 1.0);
+    let settings = Settings { bounces: 2, ..Settings::default() };
+    let tracer = kit::tracer(&gpu);
+    let assets = tracer.assets(&first).expect("assets");
+    let sums = |assets: &Arc<Assets>, scene: &Scene| {
+        let mut tracing = tracer.begin_with(assets, scene, &film, &camera, settings).expect("begun");
+        while tracing.step(2).expect("a step") {}
+        tracing.take_sums()
+    };
+    let own = sums(&tracer.assets(&second).expect("assets"), &second);
+    assert_eq!(sums(&assets, &second), own);
+    assert_ne!(sums(&assets, &first), own);
 }
 
 /// The sea in a furnace: what waves mirror and what goes in and comes out again is all there is, whatever the waves. Water that takes

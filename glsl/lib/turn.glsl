@@ -5,6 +5,7 @@
 #include "lib/bsdf.glsl"
 #include "lib/fresnel.glsl"
 #include "lib/hit.glsl"
+#include "lib/luminance.glsl"
 #include "lib/path.glsl"
 #include "lib/sampler.glsl"
 #include "lib/sky.glsl"
@@ -23,10 +24,6 @@ layout(binding = 8, scalar) readonly buffer Dome { float dome[]; };
 layout(push_constant, scalar) uniform Push { Work work; } push;
 
 #include "lib/dome.glsl"
-
-float luminance(vec3 color) {
-    return dot(color, vec3(0.2126, 0.7152, 0.0722));
-}
 
 float sun_solid_angle() {
     // 2π(1 − cos r), without the difference.
