@@ -105,7 +105,8 @@ impl Stage {
         assert_eq!(output.status.code(), Some(0), "{arguments}: {}", stderr(&output));
     }
 
-    /// Runs the program where a folder is on a disk whose access number `at` is the first to fail; and which failed. With 0, none fails and all are named.
+    /// Runs the program with the folder `disk` on a disk whose access number `at` is the first to fail; returns which ones failed. With 0
+    /// none fails, and all are named.
     fn run_on(&self, disk: &Path, arguments: &str, kind: Kind, at: usize) -> (Output, Vec<String>) {
         let log = self.root.join("log");
         let _ = fs::remove_file(&log);
@@ -257,12 +258,8 @@ fn pictures_that_are_refined() {
         let (renamings, writes) = (kind_of("rename", accesses), kind_of("write", accesses));
         // A checkpoint and a picture at the beginning, since they are due at once, and both at the end.
         assert!(renamings.len() >= 6, "{accesses:#?}");
-        match kind {
-            // The new checkpoint, when the old one has been renamed.
-            Kind::Io => vec![renamings[1]],
-            // That checkpoint.
-            Kind::Full => vec![writes[1]],
-        }
+        // The first checkpoint: when the old one has been renamed already, and while it is written.
+        vec![if matches!(kind, Kind::Io) { renamings[1] } else { writes[1] }]
     });
 }
 

@@ -98,7 +98,7 @@ const REC709_FROM_XYZ: [[f64; 3]; 3] = [
 /// `table` for turbidities that are `scale` times as high.
 fn worst_difference_of_shaders(table: &str, scale: f64) -> f64 {
     let gpu = kit::gpu();
-    let pass = Compute::new(&gpu, program::Constants::default()).unwrap();
+    let pass = Compute::new(&gpu, ()).unwrap();
     let mut stage = kit::stage::empty(&gpu);
     let xyz_from_rec709 = DMat3::from_cols_array_2d(&REC709_FROM_XYZ).transpose().inverse();
     let mut worst = 0.0f64;

@@ -252,8 +252,8 @@ fn white_furnace() {
     }
 }
 
-/// A lens of radius R that is sharp at distance f sees each place at distance s as a disc of radius R·|1 − s/f|, evenly bright (Potmesil &
-/// Chakravarty 1981). Of such a disc, ½ + (asin t + t·√(1 − t²))/π lies on one side of an edge, t radii from its middle.
+/// A lens of radius R that is sharp at distance f sees each place at distance s as a disc of radius R·|1 − s/f|, evenly bright
+/// (Potmesil & Chakravarty 1981). Of such a disc, ½ + (asin t + t·√(1 − t²))/π lies on one side of an edge, t radii from its middle.
 #[test]
 fn a_lens_blurs_an_edge_into_a_disc() {
     let gpu = kit::gpu();
