@@ -3,7 +3,7 @@
 mod kit;
 
 use glam::{DVec3, Vec3};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use std::sync::{Arc, OnceLock};
 use terrane::core::camera::Pinhole;
 use terrane::core::grid::Grid;
@@ -823,4 +823,27 @@ fn the_open_sea_has_no_light_below() {
         // What flat water mirrors straight up: ((1.34 − 1)/(1.34 + 1))².
         assert!((seen - 0.0211).abs() <= 4.0 * error + 0.002, "{along}: {seen} ± {error}");
     }
+}
+
+/// Light bends where it enters the sea, and so does the shadow of what hangs above it.
+#[test]
+fn shadows_bend_into_the_sea() {
+    let gpu = kit::gpu();
+    let bed = sheet(Vec3::new(-40.0, -10.0, -40.0), 80.0 * Vec3::Z, 80.0 * Vec3::X);
+    let roof = sheet(Vec3::new(-1.0, 10.0, -1.0), 2.0 * Vec3::Z, 2.0 * Vec3::X);
+    let mut scene = sun(with(empty(&gpu), vec![(bed, grey(0.5)), (roof, grey(0.0))]), 45.0, PI as f32);
+    (scene.ground.sea_level, scene.sea.level, scene.sea.attenuation) = (0.0, 0.0, [0.0; 3]);
+    let seen = |z| radiance(&gpu, &scene, 2, Vec3::new(0.0, -1.0, z), Vec3::new(0.0, -10.0, z));
+    // Snell's law and Fresnel's equations for unpolarised light.
+    let (index, above) = (1.34, FRAC_1_SQRT_2);
+    let sine = above / index;
+    let below = (1.0 - sine * sine).sqrt();
+    let across = (above - index * below) / (above + index * below);
+    let along = (index * above - below) / (index * above + below);
+    let passes = 1.0 - (across * across + along * along) / 2.0;
+    let tangent = (sine / below) as f32;
+    let (shadow, error) = seen(-10.0 - 10.0 * tangent);
+    assert!(shadow <= 3.0 * error + 1e-4, "{shadow} ± {error}");
+    // Where the shadow would be if the light had come all the way as it goes in the water.
+    assert_radiance(seen(-20.0 * tangent), 0.5 * above * passes);
 }

@@ -26,8 +26,16 @@ void main() {
     uint slot = gl_GlobalInvocationID.x;
     if (slot >= turns[push.turn].looks.paths) return;
     Look look = looks[slot];
-    Hit hit = trace(look.origin, look.direction, 1e30, true);
-    if (hit.triangle != NOTHING) return;
+    // Under water first to the surface, where the way bends. A loop, since idle lanes of a device in software leave it.
+    vec3 origin = look.origin;
+    vec3 direction = look.direction;
+    float reach = look.reach;
+    for (int leg = reach < ENDLESS ? 0 : 1; leg < 2; ++leg) {
+        if (trace(origin, direction, reach, true).triangle != NOTHING) return;
+        origin += reach * direction;
+        direction = look.above;
+        reach = ENDLESS;
+    }
     // No path looks twice in one turn, so no other invocation adds to it.
     paths[look.path].radiance += look.radiance;
 }

@@ -39,7 +39,7 @@ void main() {
     // The sea is flat and ends nowhere near. A path starts off it, on its own side.
     float to_sea = (push.sea_level - path.origin.y) / path.direction.y;
     bool meets_sea = to_sea > 0.0 && to_sea < HORIZON && (path.medium == WATER) == (path.direction.y > 0.0);
-    Hit hit = trace(path.origin, path.direction, meets_sea ? to_sea : 1e30, false);
+    Hit hit = trace(path.origin, path.direction, meets_sea ? to_sea : ENDLESS, false);
     hits[index] = hit;
     if (hit.triangle == NOTHING) {
         if (meets_sea) {

@@ -21,9 +21,13 @@ const uint WATER = 1u;
 struct Look {
     vec3 origin;
     vec3 direction;
-    vec3 radiance;       // if it is not
+    float reach;         // to the surface of the sea; ENDLESS in the air
+    vec3 above;          // direction from there on
+    vec3 radiance;       // if it is not hidden
     uint path;
 };
+
+const float ENDLESS = 1e30;
 
 // What the eye sees first.
 struct Feature {

@@ -62,6 +62,8 @@ vec3 start(vec3 point, vec3 outward, vec3 direction) {
 // A light that is looked for, seen from a place in the air or through the flat surface of the sea.
 struct Light {
     vec3 direction;   // at the place
+    vec3 above;       // in the air
+    float reach;      // from the place to the surface of the sea; ENDLESS in the air
     vec3 radiance;    // that arrives there, over the density of `direction` there
     float density;    // in the measure of directions in the air, with what gets through the surface
     float measure;    // density of directions in the air over that at the place
@@ -73,8 +75,9 @@ Light through_sea(vec3 direction, vec3 radiance, float density, float deep) {
     vec3 inside = -refract(-direction, vec3(0.0, 1.0, 0.0), 1.0 / REFRACTIVE_INDEX);
     float passes = 1.0 - fresnel_dielectric(direction.y, REFRACTIVE_INDEX);
     float measure = passes * direction.y / (REFRACTIVE_INDEX * REFRACTIVE_INDEX * inside.y);
-    vec3 left = exp(-frame.attenuation * (deep / inside.y));
-    return Light(inside, radiance * left * passes * direction.y / inside.y / density, density, measure);
+    float reach = deep / inside.y;
+    vec3 left = exp(-frame.attenuation * reach);
+    return Light(inside, direction, reach, radiance * left * passes * direction.y / inside.y / density, density, measure);
 }
 
 // One of the lights, by chance: the sun or a place in the sky. No density if there is none.
@@ -104,9 +107,9 @@ Light find_light(uint index, Path path, float height_) {
     // From above the sea hides what is below the horizon; from below the way through it is one more turn.
     bool hidden = path.medium == WATER ? direction.y <= 0.0 || push.work.turn + 2u > push.work.bounces
                                        : direction.y < 0.0 && (push.work.sea_level - height_) / direction.y < HORIZON;
-    if (density <= 0.0 || hidden) return Light(vec3(0.0), vec3(0.0), 0.0, 1.0);
+    if (density <= 0.0 || hidden) return Light(vec3(0.0), vec3(0.0), ENDLESS, vec3(0.0), 0.0, 1.0);
     if (path.medium == WATER) return through_sea(direction, radiance, density, max(frame.sea_level - height_, 0.0));
-    return Light(direction, radiance / density, density, 1.0);
+    return Light(direction, direction, ENDLESS, radiance / density, density, 1.0);
 }
 
 // Looks whether the light is hidden. `value` of it leaves towards the path, which finds it itself with the density `scattering`.
@@ -115,7 +118,7 @@ void look(uint index, Path path, vec3 origin, Light light, vec3 value, float sca
     float balance = light.density / (light.density + scattering * light.measure);
     vec3 seen = path.throughput * value * light.radiance * balance;
     if (seen == vec3(0.0)) return;
-    ENQUEUE(looks, turns[push.work.turn].looks, (Look(origin, light.direction, seen, index)))
+    ENQUEUE(looks, turns[push.work.turn].looks, (Look(origin, light.direction, light.reach, light.above, seen, index)))
 }
 
 // Takes what the air or the water does to the path on its way to `hit`; returns where it has come to. What the path has

@@ -33,7 +33,6 @@ void main() {
     if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0u);
     if (path.medium == WATER) {
         // Beyond the land's skirt the sea has no bottom: only its own light comes from there.
-        const float ENDLESS = 1e30;
         Hit hit = hits[index];
         hit.range = ENDLESS;
         arrive(index, path, hit);
