@@ -4,7 +4,7 @@
 
 use super::{
     address::{Cell, Place},
-    height::{Corners, Refinement, Spine, Surface, Tile, base},
+    height::{Corners, Patch, Refinement, Spine, Surface, Tile, base},
 };
 use crate::{
     gpu::{self, Buffer, Compute, Gpu, Recorder},
@@ -168,7 +168,7 @@ impl Tiles {
         let parent = parent.and_then(|parent| Some((parent, self.slot(parent)?)));
         let seed = match parent {
             Some(_) => None,
-            None => Some(Tile::from_patch(&self.surface, spine.patch(place, cell.level), cell, self.bits)?),
+            None => Some(self.seed(spine, place, cell)?),
         };
         let index = self.take_slot(old)?;
         let base = base(corners, self.bits);
@@ -194,6 +194,18 @@ impl Tiles {
         plan.count += 1;
         self.slots.insert(cell, Slot { index, base, used: self.call });
         Some(())
+    }
+
+    /// A tile without its parent. Those of level 0 come from nothing, others from a patch, which has them if they are not at its edge.
+    fn seed(&self, spine: &mut Spine, place: &Place, cell: Cell) -> Option<Tile> {
+        let start;
+        let patch = if cell.level == 0 {
+            start = Patch::start(&self.surface, cell.x.wrapping_sub(1), cell.z.wrapping_sub(1), 4);
+            &start
+        } else {
+            spine.patch(place, cell.level)
+        };
+        Tile::from_patch(&self.surface, patch, cell, self.bits)
     }
 
     /// A slot that is free, or that of the tile that was not needed for longest.

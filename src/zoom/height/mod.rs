@@ -10,7 +10,7 @@
 //!
 //! With [`Refinement::Triangles`] the coarser surface is the triangles that are drawn, so refining moves nothing and rounds nothing.
 //! Heights grow without end, by a digit a level, and are held modulo 2⁶⁴ here and as differences to a tile's base in 32 bits on the device
-//! ([`tile`]): sums wrap and come back. `glsl/lib/zoom_height.glsl` has the twin; both are additions, a shift and a hash of 32-bit words, which
+//! ([`Tile`]): sums wrap and come back. `glsl/lib/zoom_height.glsl` has the twin; both are additions, a shift and a hash of 32-bit words, which
 //! every device does alike.
 //!
 //! # Slopes
