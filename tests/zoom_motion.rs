@@ -48,7 +48,7 @@ fn nearest_vertex(spine: &mut Spine, place: &Place, level: u32) -> (f64, f64) {
     const FINER: u32 = 7;
     let surface = *spine.surface();
     let mut fine: Patch = spine.patch(place, level).clone();
-    let [x, z] = [fine.x, fine.z];
+    let [x, z] = [fine.first.x, fine.first.z];
     for step in 1..=FINER {
         fine = fine.refine(&surface, x << step, z << step, (15 << step) + 1).unwrap();
     }

@@ -89,7 +89,7 @@ fn height(surface: &Surface, level: u32, x: &BigInt, z: &BigInt) -> i64 {
         [first(x), first(z)]
     };
     let [first_x, first_z] = first(0);
-    let mut patch = Patch::start(surface, first_x, first_z, 4);
+    let mut patch = Patch::start(surface, first_x as i64, first_z as i64, 4);
     for level in 1..=level {
         let [x, z] = first(level);
         patch = patch.refine(surface, x, z, 4).expect("four vertices keep themselves up");
@@ -166,6 +166,34 @@ fn what_a_spine_keeps_does_not_show() {
     }
 }
 
+/// A cell is the same by whatever way it is reached, and another one if it is 2⁶⁴ cells away.
+#[test]
+fn cells_are_known_by_all_their_digits() {
+    let place = random_place(14, 500);
+    for level in 0..450 {
+        let cell = place.cell(level);
+        let next = place.cell(level + 1);
+        assert_eq!(cell.child([next.x, next.z].map(|coordinate| (coordinate & 1) as u32)), next);
+        assert_eq!(place.parent(next), Some(cell));
+        let beside = cell.beside(-5_000_000_000, 77);
+        assert_eq!(beside.beside(5_000_000_000, -77), cell);
+        assert_eq!(
+            cell.descendant(3, [5, 8]),
+            cell.child([1, 1]).child([0, 0]).beside(0, 1).child([1, 0]).beside(0, 2)
+        );
+        let mut moved = place.clone();
+        moved.x.add(-9, level);
+        moved.z.add(4, level);
+        assert_eq!(moved.cell(level), cell.beside(-9, 4));
+        assert_eq!(moved.cell(level + 20), place.cell(level + 20).beside(-9 << 20, 4 << 20));
+        let [far, near] = [&moved, &place].map(|place| place.cell(level + 64));
+        assert_eq!((far.x, far.z), (near.x, near.z));
+        assert_ne!(far, near);
+    }
+    assert_eq!(place.parent(place.cell(0)), None);
+    assert_eq!(Cell::whole(-3, 5), random_place(14, 500).cell(0));
+}
+
 /// Places that have moved by some cells of the level of a checkpoint find it useful, or don't, and have the same heights.
 #[test]
 fn checkpoints_serve_their_neighbourhood() {
@@ -199,7 +227,7 @@ fn corners_refine_like_patches() {
             let next = spine.patch(&place, level + 1);
             for (index, child) in children.into_iter().enumerate() {
                 let Cell { x, z, .. } = cell.child([index as u32 % 2, index as u32 / 2]);
-                let [column, row] = [x.wrapping_sub(next.x), z.wrapping_sub(next.z)];
+                let [column, row] = [x.wrapping_sub(next.first.x), z.wrapping_sub(next.first.z)];
                 assert_eq!(child, next.corners(column as usize, row as usize), "level {level}");
                 let [least, most] = corners.bounds();
                 let inside = |bound: i64, low: i64| bound.wrapping_sub(low.wrapping_mul(2));
@@ -256,7 +284,7 @@ proptest! {
     fn bases_do_not_show(seed: u32, quarters in prop::collection::vec((0u32..2, 0u32..2, -1_000_000i64..1_000_000), 1..12),
                          bilinear: bool) {
         let surface = surface(seed, MODES[usize::from(bilinear)]);
-        let patch = Patch::start(&surface, u64::MAX - 1, 40, 4);
+        let patch = Patch::start(&surface, -2, 40, 4);
         let mut cell = patch.cell(1, 1);
         let mut tile = Tile::from_patch(&surface, &patch, cell, 4).unwrap();
         let mut block = patch;
@@ -279,7 +307,7 @@ proptest! {
 fn neighbours_agree_about_their_border() {
     for refinement in MODES {
         let surface = surface(23, refinement);
-        let patch = Patch::start(&surface, u64::MAX - 1, 7, 6);
+        let patch = Patch::start(&surface, -2, 7, 6);
         let mut pair = [1, 2].map(|column| {
             Tile::from_patch(&surface, &patch, patch.cell(column, 1), 4)
                 .expect("all that it hangs on is here")
@@ -374,7 +402,12 @@ fn slopes_of_random_places_drift() {
         let mut squares = 0.0;
         let count = 1500;
         for _ in 0..count {
-            let patch = Patch::start(&surface, words.next().unwrap(), words.next().unwrap(), 2);
+            let patch = Patch::start(
+                &surface,
+                words.next().unwrap() as i64 >> 1,
+                words.next().unwrap() as i64 >> 1,
+                2,
+            );
             let (mut cell, mut corners) = (patch.cell(0, 0), patch.corners(0, 0));
             for _ in 0..LEVELS {
                 let quarter = (words.next().unwrap() >> 62) as u32;

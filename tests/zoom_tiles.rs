@@ -55,7 +55,7 @@ fn check(all: &[i32], tiles: &Tiles, spine: &mut Spine, place: &Place, cells: &[
         let here = &all[slot.index as usize * vertices..][..vertices];
         let [x, z] = [cell.x, cell.z].map(|first| first.wrapping_sub(1));
         let patch = match cell.level.checked_sub(1) {
-            None => Patch::start(&surface, x, z, 4),
+            None => Patch::start(&surface, x as i64, z as i64, 4),
             Some(coarser) => spine.patch(place, coarser).refine(&surface, x, z, 4).unwrap(),
         };
         let exact = Tile::from_patch(&surface, &patch, *cell, bits).unwrap();
@@ -145,6 +145,30 @@ fn a_pool_forgets_and_makes_again() {
         }
         println!("{slots} slots: {made} tiles made");
         assert_eq!(gpu.memory().used, bytes, "nothing grows");
+    }
+}
+
+/// Places with the same last digits, of which coordinates modulo 2⁶⁴ consist, have tiles of their own.
+#[test]
+fn places_with_the_same_last_digits_are_told_apart() {
+    let gpu = kit::gpu();
+    let surface = surface(2, Refinement::Triangles);
+    let mut spine = Spine::new(surface);
+    let place = random_place(1, 300);
+    let mut moved = place.clone();
+    moved.z.add(3, 50);
+    let mut tiles = Tiles::new(&gpu, surface, 4, 50).unwrap();
+    for place in [&place, &moved] {
+        let wanted = own(&mut spine, place, 280);
+        let mut rec = Recorder::new(&gpu);
+        let made = tiles.make(&mut rec, &mut spine, place, [wanted], usize::MAX);
+        assert_eq!(made, Made { tiles: 5, waiting: 0 });
+        rec.submit().unwrap().wait().unwrap();
+    }
+    let [own, other] = [&place, &moved].map(|place| place.cell(280));
+    assert_eq!((own.x, own.z), (other.x, other.z));
+    for (place, cell) in [(&place, own), (&moved, other)] {
+        check(&heights(&gpu, &tiles), &tiles, &mut spine, place, &[cell], 4);
     }
 }
 

@@ -158,7 +158,9 @@ impl Tiles {
             && !self.touch(parent)
         {
             // Ancestors of what is on a patch are on those of coarser levels. If one is not, the tile has no parent.
-            if let Some(corners) = spine.patch(place, parent.level).corners_of(parent) {
+            let patch = spine.patch(place, parent.level);
+            if let Some([column, row]) = patch.find(parent) {
+                let corners = patch.corners(column, row);
                 self.add(plan, old, spine, place, (parent, corners, below + 1), budget)?;
             }
         }
@@ -200,7 +202,8 @@ impl Tiles {
     fn seed(&self, spine: &mut Spine, place: &Place, cell: Cell) -> Option<Tile> {
         let start;
         let patch = if cell.level == 0 {
-            start = Patch::start(&self.surface, cell.x.wrapping_sub(1), cell.z.wrapping_sub(1), 4);
+            let [x, z] = [cell.x, cell.z].map(|first| (first as i64).wrapping_sub(1));
+            start = Patch::start(&self.surface, x, z, 4);
             &start
         } else {
             spine.patch(place, cell.level)

@@ -169,7 +169,7 @@ impl Tree {
             root: roots.cell(0, 0),
             roots: roots.size as u64 - 1,
             eyes: (0..=MOST_DEPTH as u32)
-                .map(|depth| Eye::new(surface, place, roots.level + depth))
+                .map(|depth| Eye::new(surface, place, roots.level() + depth))
                 .collect(),
             most,
             levels: vec![Level::default(); MOST_DEPTH + 1],
@@ -239,9 +239,8 @@ impl Tree {
         self.eyes.get(level.checked_sub(self.root.level)? as usize)
     }
 
-    fn cell(&self, depth: usize, [x, z]: [u64; 2]) -> Cell {
-        let at = |root: u64, from: u64| (root << depth).wrapping_add(from);
-        Cell { level: self.root.level + depth as u32, x: at(self.root.x, x), z: at(self.root.z, z) }
+    fn cell(&self, depth: usize, at: [u64; 2]) -> Cell {
+        self.root.descendant(depth as u32, at)
     }
 
     fn add(&mut self, depth: usize, at: [u64; 2], corners: Corners) -> Result<(), TooMany> {

@@ -1,5 +1,7 @@
 //! Numbers with as many binary digits behind the point as a place needs.
 
+use super::residue::Residue;
+
 /// A multiple of some 2⁻ⁿ, in two's complement: a whole part modulo 2⁶⁴ and digits behind the point, as many as there are.
 ///
 /// One number that is exact, and small differences to it ([`Coordinate::to`]) in machine numbers: the cure of deep zooms
@@ -40,6 +42,17 @@ impl Fixed {
         match shift {
             0 => self.word(word),
             _ => self.word(word) << shift | self.word(word + 1) >> (64 - shift),
+        }
+    }
+
+    /// ⌊self · 2^`level`⌋ modulo 2⁶¹ − 1.
+    pub(super) fn residue(&self, level: u32) -> Residue {
+        let (words, shift) = (level as usize / 64, level % 64);
+        let whole =
+            (1..=words).fold(Residue::from(self.whole), |residue, word| residue.then(self.word(word)));
+        match shift {
+            0 => whole,
+            _ => whole.doubled(shift).plus((self.word(words + 1) >> (64 - shift)) as i64),
         }
     }
 

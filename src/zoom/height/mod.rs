@@ -153,10 +153,8 @@ fn twice<T: Integer>(
 /// A square of vertices of one level, and their heights modulo 2⁶⁴.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Patch {
-    pub level: u32,
-    /// The vertex with the lowest coordinates, modulo 2⁶⁴.
-    pub x: u64,
-    pub z: u64,
+    /// The vertex with the lowest coordinates.
+    pub first: Cell,
     /// Vertices along a side.
     pub size: usize,
     /// Rows of x, one for each z.
@@ -165,25 +163,27 @@ pub struct Patch {
 
 impl Patch {
     /// Vertices of level 0.
-    pub fn start(surface: &Surface, x: u64, z: u64, size: usize) -> Patch {
+    pub fn start(surface: &Surface, x: i64, z: i64, size: usize) -> Patch {
         let octave = surface.octave(0);
+        let first = Cell::whole(x, z);
         let row = |j: usize| {
-            let z = z.wrapping_add(j as u64);
-            (0..size).map(move |i| Wrapping(octave.at(x.wrapping_add(i as u64), z).into()))
+            let z = first.z.wrapping_add(j as u64);
+            (0..size).map(move |i| Wrapping(octave.at(first.x.wrapping_add(i as u64), z).into()))
         };
-        Patch { level: 0, x, z, size, heights: (0..size).flat_map(row).collect() }
+        Patch { first, size, heights: (0..size).flat_map(row).collect() }
     }
 
     /// Vertices of the next level, from `x` and `z` on. `None` if some of them hang on vertices that are not here.
     pub fn refine(&self, surface: &Surface, x: u64, z: u64, size: usize) -> Option<Patch> {
         // Counted from the first vertex here, which coordinates modulo 2⁶⁴ can be.
-        let first = [x.wrapping_sub(self.x.wrapping_mul(2)), z.wrapping_sub(self.z.wrapping_mul(2))];
+        let own = self.first;
+        let first = [x.wrapping_sub(own.x.wrapping_mul(2)), z.wrapping_sub(own.z.wrapping_mul(2))];
         let end = first.map(|first| first.checked_add(size as u64));
         let most = 2 * self.size as u64 - 1;
         if size == 0 || end.iter().any(|end| end.is_none_or(|end| end > most)) {
             return None;
         }
-        let octave = surface.octave(self.level + 1);
+        let octave = surface.octave(own.level + 1);
         let [first_x, first_z] = first.map(|first| first as usize);
         let mut heights = Vec::with_capacity(size * size);
         for j in first_z..first_z + size {
@@ -191,7 +191,7 @@ impl Patch {
             let fine_z = z.wrapping_add((j - first_z) as u64);
             for i in first_x..first_x + size {
                 let (column, odd_x) = (i / 2, i % 2 == 1);
-                let rises = rises(self.x.wrapping_add(column as u64), self.z.wrapping_add(row as u64));
+                let rises = rises(own.x.wrapping_add(column as u64), own.z.wrapping_add(row as u64));
                 let coarse = twice(surface.refinement, [odd_x, odd_z], rises, |right, down| {
                     self.heights[(row + down) * self.size + column + right]
                 });
@@ -199,19 +199,19 @@ impl Patch {
                 heights.push(coarse + Wrapping(noise.into()));
             }
         }
-        Some(Patch { level: self.level + 1, x, z, size, heights })
+        Some(Patch { first: own.descendant(1, first), size, heights })
     }
 
     /// A part of the same level, `None` if it reaches beyond.
     pub fn part(&self, x: u64, z: u64, size: usize) -> Option<Patch> {
-        let first = [x.wrapping_sub(self.x), z.wrapping_sub(self.z)];
+        let first = [x.wrapping_sub(self.first.x), z.wrapping_sub(self.first.z)];
         if first.iter().any(|first| first.checked_add(size as u64).is_none_or(|end| end > self.size as u64)) {
             return None;
         }
         let [column, row] = first.map(|first| first as usize);
         let rows = self.heights.chunks_exact(self.size).skip(row).take(size);
         let heights = rows.flat_map(|row| row[column..column + size].iter().copied()).collect();
-        Some(Patch { level: self.level, x, z, size, heights })
+        Some(Patch { first: self.cell(column, row), size, heights })
     }
 
     /// The height of the vertex `column` and `row` from the first, which is inside.
@@ -230,18 +230,23 @@ impl Patch {
         Corners([height(0, 0), height(1, 0), height(0, 1), height(1, 1)])
     }
 
-    /// The corners of a cell. `None` if they are not here.
-    pub fn corners_of(&self, cell: Cell) -> Option<Corners> {
-        let [column, row] = [cell.x.wrapping_sub(self.x), cell.z.wrapping_sub(self.z)];
-        let last = self.size as u64 - 1;
-        let is_here = cell.level == self.level && column < last && row < last;
-        is_here.then(|| self.corners(column as usize, row as usize))
+    /// Column and row of a cell. `None` if it is not here.
+    pub fn find(&self, cell: Cell) -> Option<[usize; 2]> {
+        let at = [cell.x.wrapping_sub(self.first.x), cell.z.wrapping_sub(self.first.z)];
+        if at.iter().any(|index| *index >= self.size as u64 - 1) {
+            return None;
+        }
+        let [column, row] = at.map(|index| index as usize);
+        (self.cell(column, row) == cell).then_some([column, row])
     }
 
     /// The cell with this corner, counted from the first vertex.
     pub fn cell(&self, column: usize, row: usize) -> Cell {
-        let at = |first: u64, index: usize| first.wrapping_add(index as u64);
-        Cell { level: self.level, x: at(self.x, column), z: at(self.z, row) }
+        self.first.beside(column as i64, row as i64)
+    }
+
+    pub fn level(&self) -> u32 {
+        self.first.level
     }
 }
 

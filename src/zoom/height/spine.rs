@@ -34,8 +34,7 @@ pub struct Spine {
 
 /// Where the patch of a level begins, for a place.
 fn first(place: &Place, level: u32, reach: u64) -> [u64; 2] {
-    let cell = place.cell(level);
-    [cell.x.wrapping_sub(reach), cell.z.wrapping_sub(reach)]
+    [&place.x, &place.z].map(|number| number.slice(level).wrapping_sub(reach))
 }
 
 impl Spine {
@@ -57,7 +56,7 @@ impl Spine {
     pub fn patch(&mut self, place: &Place, level: u32) -> &Patch {
         match self.last_useful(place, level) {
             Some(start) => {
-                for level in self.patches[start].level + 1..=level {
+                for level in self.patches[start].level() + 1..=level {
                     self.extend(place, level);
                 }
             }
@@ -81,13 +80,13 @@ impl Spine {
 
     /// The level of the first patch that is kept.
     fn first_level(&self) -> u32 {
-        self.patches.front().map_or(0, |front| front.level)
+        self.patches.front().map_or(0, |front| front.level())
     }
 
     /// Which kept patch is the one of this level, or else the last before that the next one can be made from.
     fn last_useful(&self, place: &Place, level: u32) -> Option<usize> {
         let index = level.checked_sub(self.first_level())? as usize;
-        let fits = |patch: &Patch| [patch.x, patch.z] == first(place, level, REACH);
+        let fits = |patch: &Patch| patch.cell(REACH as usize, REACH as usize) == place.cell(level);
         if self.patches.get(index).is_some_and(fits) {
             return Some(index);
         }
@@ -118,17 +117,17 @@ impl Spine {
         let passed = (kept / STRIDE).min(self.checkpoints.len() as u32) as usize;
         let checkpoint = self.checkpoints[..passed].iter().rfind(|patch| serves(patch, place)).cloned();
         let start = |reach, size| {
-            let [x, z] = first(place, 0, reach);
+            let [x, z] = first(place, 0, reach).map(|first| first as i64);
             Patch::start(&self.surface, x, z, size)
         };
         if kept == 0 {
             self.patches.push_back(start(REACH, SIZE));
         } else {
             let mut patch = checkpoint.unwrap_or_else(|| start(CHECKPOINT_REACH, CHECKPOINT_SIZE));
-            while patch.level <= kept {
-                let wide = patch.level == kept;
+            while patch.level() <= kept {
+                let wide = patch.level() == kept;
                 let (reach, size) = if wide { (REACH, SIZE) } else { (CHECKPOINT_REACH, CHECKPOINT_SIZE) };
-                let [x, z] = first(place, patch.level + 1, reach);
+                let [x, z] = first(place, patch.level() + 1, reach);
                 patch = patch.refine(&self.surface, x, z, size).expect("checkpoints serve");
                 self.keep_checkpoint(place, &patch);
             }
@@ -141,12 +140,12 @@ impl Spine {
 
     /// Keeps the middle of a patch if its level has a checkpoint. Those before are there, or were passed just now.
     fn keep_checkpoint(&mut self, place: &Place, patch: &Patch) {
-        if patch.level == 0 || !patch.level.is_multiple_of(STRIDE) {
+        if patch.level() == 0 || !patch.level().is_multiple_of(STRIDE) {
             return;
         }
-        let [x, z] = first(place, patch.level, CHECKPOINT_REACH);
+        let [x, z] = first(place, patch.level(), CHECKPOINT_REACH);
         let Some(middle) = patch.part(x, z, CHECKPOINT_SIZE) else { return };
-        let index = (patch.level / STRIDE) as usize - 1;
+        let index = (patch.level() / STRIDE) as usize - 1;
         if index < self.checkpoints.len() {
             self.checkpoints[index] = middle;
         } else {
@@ -157,10 +156,10 @@ impl Spine {
 
 /// Whether the next level's patch around a place can be made from this one, with all its vertices.
 fn serves(patch: &Patch, place: &Place) -> bool {
-    let [x, z] = first(place, patch.level + 1, REACH);
-    let inside = |first: u64, fine: u64| {
-        let end = fine.wrapping_sub(first.wrapping_mul(2)).checked_add(SIZE as u64);
-        end.is_some_and(|end| end < 2 * patch.size as u64)
+    let Some([column, row]) = patch.find(place.cell(patch.level())) else { return false };
+    let next = [&place.x, &place.z].map(|number| (number.slice(patch.level() + 1) & 1) as usize);
+    let is_inside = |middle: usize, half: usize| {
+        (2 * middle + half).checked_sub(REACH as usize).is_some_and(|first| first + SIZE < 2 * patch.size)
     };
-    inside(patch.x, x) && inside(patch.z, z)
+    is_inside(column, next[0]) && is_inside(row, next[1])
 }

@@ -35,9 +35,7 @@ impl Tile {
     /// Comes from four vertices of the cell's own level and those around them: refines the ring and all within it. `None` if the patch is of another level
     /// or lacks some of these.
     pub fn from_patch(surface: &Surface, patch: &Patch, cell: Cell, bits: u32) -> Option<Tile> {
-        if patch.level != cell.level {
-            return None;
-        }
+        patch.find(cell)?;
         let mut block = patch.part(cell.x.wrapping_sub(1), cell.z.wrapping_sub(1), 4)?;
         let base = base(block.corners(1, 1), bits);
         for level in 1..=bits {

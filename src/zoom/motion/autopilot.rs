@@ -58,7 +58,7 @@ struct Step {
 
 impl Descent {
     fn new(surface: Surface) -> Descent {
-        let start = Patch::start(&surface, u64::MAX, u64::MAX, 4);
+        let start = Patch::start(&surface, -1, -1, 4);
         let mut target = Place::default();
         target.y.add(start.height(1, 1), FRACTION_BITS);
         Descent { surface, starts: vec![start], steps: Vec::new(), segment: 0, level: 0, target }
@@ -110,14 +110,14 @@ impl Descent {
 /// cell counts: by the mean of both, the way would follow creases whose sides get steeper and steeper. Gradients are a walk that branches at each level, so
 /// there always is a branch that stays near 0.
 fn gentlest(surface: &Surface, patch: &Patch) -> (Patch, Step) {
-    let [x, z] = [patch.x, patch.z].map(|first| first.wrapping_mul(2));
+    let [x, z] = [patch.first.x, patch.first.z].map(|first| first.wrapping_mul(2));
     let fine = patch.refine(surface, x, z, 7).expect("seven vertices lie on four");
     let cells = (1..5).flat_map(|row| (1..5).map(move |column| (column, row)));
     let steepness =
         |(column, row): (usize, usize)| fine.corners(column, row).steepness(fine.cell(column, row));
     let (column, row) = cells.min_by_key(|cell| steepness(*cell)).expect("sixteen cells");
-    let first = |first: u64, index: usize| first.wrapping_add(index as u64 - 1);
-    let next = fine.part(first(fine.x, column), first(fine.z, row), 4).expect("they have cells around");
+    let first = fine.cell(column - 1, row - 1);
+    let next = fine.part(first.x, first.z, 4).expect("they have cells around");
     // The children of the middle cell begin at vertex 2.
     let step = Step {
         east: column as i64 - 2,

@@ -127,7 +127,7 @@ struct Candidate {
 /// Halves the nearest box until the surface is not much farther than it, cells of the patch.
 fn search(surface: &Surface, place: &Place, patch: &Patch) -> Option<f64> {
     let eyes: Vec<Eye> =
-        (0..=MOST_HALVINGS).map(|depth| Eye::new(surface, place, patch.level + depth)).collect();
+        (0..=MOST_HALVINGS).map(|depth| Eye::new(surface, place, patch.level() + depth)).collect();
     let mut nearest_known = f64::INFINITY;
     let mut boxes = BinaryHeap::new();
     let mut look_at = |boxes: &mut BinaryHeap<_>, depth: u32, cell: Cell, corners: Corners| {
