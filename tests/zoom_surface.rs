@@ -362,19 +362,20 @@ fn noise_has_the_moments_of_chance() {
     let chi2: f64 = bins.iter().map(|bin| (f64::from(*bin) - expected).powi(2) / expected).sum();
     // 255 degrees of freedom: mean 255, standard deviation √510.
     assert!((chi2 - 255.0).abs() < 4.0 * 510f64.sqrt(), "χ² {chi2}");
-    let correlation = |name: &str, pairs: &dyn Fn(&[f64], &[f64]) -> Vec<f64>| {
-        let products: Vec<f64> = all.iter().zip(&next).flat_map(|(own, next)| pairs(own, next)).collect();
-        let number = products.len() as f64;
-        let correlation = products.iter().sum::<f64>() / number / variance;
+    let correlation = |name: &str, pairs: Vec<(f64, f64)>| {
+        let number = pairs.len() as f64;
+        let sum: f64 = pairs.iter().map(|(own, other)| own * other).sum();
+        let correlation = sum / number / variance;
         assert!(correlation.abs() < 4.0 / number.sqrt(), "{name}: {correlation}");
     };
-    correlation("along x", &|own, _| {
-        own.chunks(512).flat_map(|row| row.windows(2).map(|pair| pair[0] * pair[1])).collect()
-    });
-    correlation("along z", &|own, _| own.iter().zip(&own[512..]).map(|(own, next)| own * next).collect());
-    correlation("the same coordinates a level on", &|own, next| {
-        own.iter().zip(next).map(|(own, next)| own * next).collect()
-    });
+    let pairs = |own: &[f64], other: &[f64]| -> Vec<(f64, f64)> {
+        own.iter().copied().zip(other.iter().copied()).collect()
+    };
+    let rows = all.iter().flat_map(|own| own.chunks(512));
+    correlation("along x", rows.flat_map(|row| pairs(row, &row[1..])).collect());
+    correlation("along z", all.iter().flat_map(|own| pairs(own, &own[512..])).collect());
+    let levels = all.iter().zip(&next).flat_map(|(own, next)| pairs(own, next));
+    correlation("the same coordinates a level on", levels.collect());
 }
 
 /// A vertex and itself a level on, where its coordinates are twice as large.

@@ -33,7 +33,8 @@ fn is_odd(number: &BigInt) -> bool {
 
 impl Naive {
     pub fn noise(&self, level: u32, x: &BigInt, z: &BigInt) -> i64 {
-        let key = mix(mix(self.seed ^ level.wrapping_mul(0x9E37_79B9)) ^ 0);
+        // The outer mix is for the upper word of a level, which is 0.
+        let key = mix(mix(self.seed ^ level.wrapping_mul(0x9E37_79B9)));
         let [(x_low, x_high), (z_low, z_high)] =
             [low(x), low(z)].map(|of| ((of & 0xFFFF_FFFF) as u32, (of >> 32) as u32));
         let mut h = mix(key ^ x_low);
