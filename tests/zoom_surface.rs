@@ -198,16 +198,22 @@ fn cells_are_known_by_all_their_digits() {
 #[test]
 fn checkpoints_serve_their_neighbourhood() {
     let surface = surface(6, Refinement::Triangles);
-    let place = random_place(4, 2000);
-    for level in [1025, 1300, 1343, 1344, 1345, 1700] {
-        for cells in -4..=4 {
-            let mut spine = Spine::new(surface);
-            spine.patch(&place, 1900);
+    // In the upper half of its cell, from where a patch reaches farthest.
+    let mut place = random_place(4, 2000);
+    let half = |number: &Fixed| 1 - (number.slice(1025) & 1) as i64;
+    let (east, south) = (half(&place.x), half(&place.z));
+    place.x.add(east, 1025);
+    place.z.add(south, 1025);
+    let mut known = Spine::new(surface);
+    known.patch(&place, 1900);
+    for level in [1025, 1343, 1344, 1345, 1700] {
+        for (east, south) in (-3..=3).flat_map(|cells| [(cells, 0), (0, cells)]) {
             let mut moved = place.clone();
-            moved.x.add(cells, 1024);
-            moved.z.add(-cells, 1024);
+            moved.x.add(east, 1024);
+            moved.z.add(south, 1024);
             let expected = Spine::new(surface).patch(&moved, level).clone();
-            assert_eq!(*spine.patch(&moved, level), expected, "level {level}, {cells} cells");
+            let found = known.clone().patch(&moved, level).clone();
+            assert_eq!(found, expected, "level {level}, {east} and {south} cells");
         }
     }
 }
