@@ -12,6 +12,7 @@ pub mod sky;
 pub mod terrain;
 pub mod trace;
 pub mod world;
+pub mod zoom;
 
 /// The Rust side of every shader under `glsl/`, written by build.rs.
 #[rustfmt::skip]

@@ -1,0 +1,165 @@
+//! Heights around a place at every level: what tiles, distances and flights start from.
+
+use super::{FRACTION_BITS, Patch, Surface};
+use crate::zoom::address::{Fixed, Place};
+use std::collections::VecDeque;
+
+/// Vertices along a side of a patch.
+const SIZE: usize = 16;
+
+/// Vertices in a patch below the one that the place's cell begins with: the place is in the middle cell, and everything nearer than this many
+/// cells is on the patch.
+pub const REACH: u64 = 7;
+
+/// The least patch that a patch of [`SIZE`] can be refined from, wherever in its middle cell the place is, and also in the cells beside that: a place
+/// that crosses a cell wall finds its checkpoints useful still.
+const CHECKPOINT_SIZE: usize = 12;
+const CHECKPOINT_REACH: u64 = 5;
+
+/// Levels from one checkpoint to the next: 1.2 bytes a level.
+const STRIDE: u32 = 1024;
+
+/// Levels that are kept as whole patches, the deepest ones: 2 KB each.
+const KEPT: usize = 640;
+
+/// The patches around a place. They depend on the place and the surface alone; which of them are kept only decides how soon they are there.
+#[derive(Clone, Debug)]
+pub struct Spine {
+    surface: Surface,
+    /// Patches of consecutive levels. Each is right for some place that was asked for, not necessarily the last one.
+    patches: VecDeque<Patch>,
+    /// Patches of the levels `STRIDE`, 2 `STRIDE`, and so on.
+    checkpoints: Vec<Patch>,
+}
+
+/// Where the patch of a level begins, for a place.
+fn first(place: &Place, level: u32, reach: u64) -> [u64; 2] {
+    [&place.x, &place.z].map(|number| number.slice(level).wrapping_sub(reach))
+}
+
+impl Spine {
+    pub fn new(surface: Surface) -> Spine {
+        Spine { surface, patches: VecDeque::new(), checkpoints: Vec::new() }
+    }
+
+    pub fn surface(&self) -> &Surface {
+        &self.surface
+    }
+
+    /// Bytes of what is kept.
+    pub fn bytes(&self) -> usize {
+        let patches = self.patches.iter().chain(&self.checkpoints);
+        patches.map(|patch| size_of::<Patch>() + patch.size * patch.size * size_of::<i64>()).sum()
+    }
+
+    /// The patch of a level whose middle cell (the one [`REACH`] from the first) is the place's.
+    pub fn patch(&mut self, place: &Place, level: u32) -> &Patch {
+        match self.last_useful(place, level) {
+            Some(start) => {
+                for level in self.patches[start].level() + 1..=level {
+                    self.extend(place, level);
+                }
+            }
+            None => self.restart(place, level),
+        }
+        &self.patches[(level - self.first_level()) as usize]
+    }
+
+    /// The height of the lower corner of the place's cell of a level, without wrapping, in amplitudes of octave 0. Takes the sum over all levels.
+    pub fn ground(&mut self, place: &Place, level: u32) -> Fixed {
+        let mut ground = Fixed::default();
+        let mut last = 0i64;
+        for level in 0..=level {
+            let height = self.patch(place, level).height(REACH as usize, REACH as usize);
+            // Differences of wrapped heights are exact, sums of them too.
+            ground.add(height.wrapping_sub(last.wrapping_mul(2)), level + FRACTION_BITS);
+            last = height;
+        }
+        ground
+    }
+
+    /// The level of the first patch that is kept.
+    fn first_level(&self) -> u32 {
+        self.patches.front().map_or(0, |front| front.level())
+    }
+
+    /// Which kept patch is the one of this level, or else the last before that the next one can be made from.
+    fn last_useful(&self, place: &Place, level: u32) -> Option<usize> {
+        let index = level.checked_sub(self.first_level())? as usize;
+        let fits = |patch: &Patch| patch.cell(REACH as usize, REACH as usize) == place.cell(level);
+        if self.patches.get(index).is_some_and(fits) {
+            return Some(index);
+        }
+        let before = index.min(self.patches.len());
+        (0..before).rev().find(|before| serves(&self.patches[*before], place))
+    }
+
+    /// Makes the patch of a level from the one before, which is kept and serves. It then serves, too, its middle being the place's.
+    fn extend(&mut self, place: &Place, level: u32) {
+        let index = (level - self.first_level()) as usize;
+        let [x, z] = first(place, level, REACH);
+        let before = &self.patches[index - 1];
+        let patch = before.refine(&self.surface, x, z, SIZE).expect("the patch before serves");
+        self.keep_checkpoint(place, &patch);
+        match self.patches.get_mut(index) {
+            Some(kept) => *kept = patch,
+            None => self.patches.push_back(patch),
+        }
+        if self.patches.len() > KEPT {
+            self.patches.pop_front();
+        }
+    }
+
+    /// Comes from the last checkpoint that serves, or from level 0.
+    fn restart(&mut self, place: &Place, level: u32) {
+        self.patches.clear();
+        let kept = level.saturating_sub(KEPT as u32 / 2);
+        let passed = (kept / STRIDE).min(self.checkpoints.len() as u32) as usize;
+        let checkpoint = self.checkpoints[..passed].iter().rfind(|patch| serves(patch, place)).cloned();
+        let start = |reach, size| {
+            let [x, z] = first(place, 0, reach).map(|first| first as i64);
+            Patch::start(&self.surface, x, z, size)
+        };
+        if kept == 0 {
+            self.patches.push_back(start(REACH, SIZE));
+        } else {
+            let mut patch = checkpoint.unwrap_or_else(|| start(CHECKPOINT_REACH, CHECKPOINT_SIZE));
+            while patch.level() <= kept {
+                let wide = patch.level() == kept;
+                let (reach, size) = if wide { (REACH, SIZE) } else { (CHECKPOINT_REACH, CHECKPOINT_SIZE) };
+                let [x, z] = first(place, patch.level() + 1, reach);
+                patch = patch.refine(&self.surface, x, z, size).expect("checkpoints serve");
+                self.keep_checkpoint(place, &patch);
+            }
+            self.patches.push_back(patch);
+        }
+        for level in self.first_level() + 1..=level {
+            self.extend(place, level);
+        }
+    }
+
+    /// Keeps the middle of a patch if its level has a checkpoint. Those before are there, or were passed just now.
+    fn keep_checkpoint(&mut self, place: &Place, patch: &Patch) {
+        if patch.level() == 0 || !patch.level().is_multiple_of(STRIDE) {
+            return;
+        }
+        let [x, z] = first(place, patch.level(), CHECKPOINT_REACH);
+        let Some(middle) = patch.part(x, z, CHECKPOINT_SIZE) else { return };
+        let index = (patch.level() / STRIDE) as usize - 1;
+        if index < self.checkpoints.len() {
+            self.checkpoints[index] = middle;
+        } else {
+            self.checkpoints.push(middle);
+        }
+    }
+}
+
+/// Whether the next level's patch around a place can be made from this one, with all its vertices.
+fn serves(patch: &Patch, place: &Place) -> bool {
+    let Some([column, row]) = patch.find(place.cell(patch.level())) else { return false };
+    let next = [&place.x, &place.z].map(|number| (number.slice(patch.level() + 1) & 1) as usize);
+    let is_inside = |middle: usize, half: usize| {
+        (2 * middle + half).checked_sub(REACH as usize).is_some_and(|first| first + SIZE < 2 * patch.size)
+    };
+    is_inside(column, next[0]) && is_inside(row, next[1])
+}
