@@ -5,9 +5,10 @@
 
 Exports the world with `--layer mitsuba`, renders the folder with Mitsuba and the world with terrane (constant materials, no
 aerial perspective), and prints the means of both, channel by channel. It fails (exit 1) if a mean differs by more than
-0.2 % and by more than noise explains, or if the difference has a structure: if some block of pixels differs by more than
-its noise and by more than 2 % of the picture's mean. Beside the numbers it leaves mitsuba.exr, terrane.exr and
-difference.png: red is where terrane is brighter, blue where Mitsuba is, full where they differ by 10 % of the mean.
+0.2 % and by more than noise explains, or if the difference has a structure: if some block of 8 × 8, 16 × 16 or 32 × 32
+pixels differs by more than 0.2 % of the picture's mean, and by so many standard errors as noise would reach in one of
+10,000 pictures. Beside the numbers it leaves mitsuba.exr, terrane.exr and difference.png: red is where terrane is
+brighter, blue where Mitsuba is, full where they differ by 10 % of the mean.
 
 Mitsuba and NumPy come from PyPI, into a virtual environment that the script makes where it is told by --venv.
 """
@@ -15,11 +16,13 @@ Mitsuba and NumPy come from PyPI, into a virtual environment that the script mak
 import argparse
 import os
 import pathlib
+import statistics
 import subprocess
 import sys
 
 TOLERANCE = 0.002
-STRUCTURE = 0.02
+CHANCE = 1e-4
+SIDES = [8, 16, 32]
 PASSES = 16
 
 
@@ -70,13 +73,13 @@ def by_terrane(options, folder):
 
 
 def by_mitsuba(mitsuba, numpy, folder, spp):
-    """The mean of several passes, and the variance of that mean."""
+    """Several passes."""
     scene = mitsuba.load_file(str(folder / "scene.xml"))
     spp = max(1, spp // PASSES)
     passes = [numpy.array(mitsuba.render(scene, spp=spp, seed=seed), dtype=numpy.float64) for seed in range(PASSES)]
     mean = numpy.mean(passes, axis=0)
     mitsuba.util.write_bitmap(str(folder / "mitsuba.exr"), mitsuba.TensorXf(mean.astype(numpy.float32)))
-    return mean, numpy.var(passes, axis=0, ddof=1) / PASSES
+    return numpy.array(passes)
 
 
 def channels(mitsuba, numpy, path):
@@ -85,11 +88,31 @@ def channels(mitsuba, numpy, path):
     return layers["<root>"][..., :3], layers["variance"][..., :3]
 
 
+def variance_of_mean(numpy, passes):
+    return numpy.var(passes, axis=0, ddof=1) / len(passes)
+
+
 def blocks(numpy, values, side):
-    """Sums over blocks of pixels."""
+    """Sums over blocks of pixels, channel by channel."""
     height, width = (length // side * side for length in values.shape[:2])
     cut = values[:height, :width]
     return cut.reshape(height // side, side, width // side, side, -1).sum(axis=(1, 3))
+
+
+def deviations(numpy, ours, ours_variance, passes, side):
+    """What blocks differ by: as a share of the picture's mean, and in standard errors."""
+    theirs = passes.mean(axis=0)
+    gap = blocks(numpy, ours - theirs, side)
+    by_pixels = blocks(numpy, variance_of_mean(numpy, passes), side)
+    # Mitsuba spreads a sample over neighbouring pixels, whose noise therefore adds up to more than that of each by itself.
+    shared = variance_of_mean(numpy, numpy.array([blocks(numpy, one, side) for one in passes])).sum() / max(by_pixels.sum(), 1e-30)
+    noise = numpy.sqrt(blocks(numpy, ours_variance, side) + shared * by_pixels) + 1e-12
+    return gap / (side * side * theirs.mean()), gap / noise
+
+
+def largest_by_chance(count, chance):
+    """What the largest of so many standard normal deviations exceeds with this chance."""
+    return statistics.NormalDist().inv_cdf(0.5 + 0.5 * (1 - chance) ** (1 / count))
 
 
 def main():
@@ -101,8 +124,9 @@ def main():
     mitsuba.set_variant(options.variant)
     folder = pathlib.Path(options.out)
     ours, ours_variance = channels(mitsuba, numpy, by_terrane(options, folder))
-    theirs, theirs_variance = by_mitsuba(mitsuba, numpy, folder, options.spp)
-    variance = ours_variance + theirs_variance
+    passes = by_mitsuba(mitsuba, numpy, folder, options.spp)
+    theirs = passes.mean(axis=0)
+    variance = ours_variance + variance_of_mean(numpy, passes)
     difference = ours - theirs
 
     failed = False
@@ -120,20 +144,18 @@ def main():
     expected = numpy.sqrt(variance.mean()) / theirs.mean()
     print(f"RMSE {100 * relative:.2f} % of the mean; noise alone explains {100 * expected:.2f} %")
 
-    side = 16
-    gap = blocks(numpy, difference, side).sum(axis=2)
-    # Few passes know their own variance badly, so blocks are judged by twice as many errors as a Gaussian would need.
-    noise = numpy.sqrt(blocks(numpy, variance, side).sum(axis=2)) + 1e-12
-    size = gap / (3 * side * side * theirs.mean())
-    # A constant sky has no noise, and differs in the last digit.
-    judged = numpy.where(numpy.abs(size) > 1e-4, numpy.abs(gap) / noise, 0)
-    worst = numpy.unravel_index(numpy.argmax(judged), gap.shape)
-    structured = (numpy.abs(gap) > 8 * noise) & (numpy.abs(size) > STRUCTURE)
-    print(f"worst of {gap.size} blocks: {100 * size[worst]:+.2f} % of the mean, {gap[worst] / noise[worst]:+.1f} standard errors, "
-          f"at ({side * worst[1]}, {side * worst[0]})")
-    if structured.any():
-        failed = True
-        print(f"{structured.sum()} blocks differ by more than noise explains")
+    print("blocks           largest deviation   by chance   but once in 10,000")
+    for side in SIDES:
+        if side > min(ours.shape[:2]):
+            continue
+        share, errors = deviations(numpy, ours, ours_variance, passes, side)
+        # What is seen directly has hardly any noise, and the sky that Mitsuba sees is a picture of ours.
+        errors = numpy.where(numpy.abs(share) > options.tolerance, numpy.abs(errors), 0)
+        worst = numpy.unravel_index(numpy.argmax(errors), errors.shape)
+        usual, most = (largest_by_chance(errors.size, chance) for chance in [0.5, CHANCE])
+        print(f"{side:2} × {side:2} ({errors.size:5})      {errors[worst]:8.2f}     {usual:8.2f}    {most:8.2f}   "
+              f"{100 * share[worst]:+.2f} % of the mean at ({side * worst[1]}, {side * worst[0]}){'   WRONG' if errors[worst] > most else ''}")
+        failed |= bool(errors[worst] > most)
 
     shown = numpy.clip(difference.mean(axis=2) / (0.1 * theirs.mean()), -1, 1)
     picture = numpy.stack([numpy.clip(1 + shown, 0, 1), 1 - numpy.abs(shown), numpy.clip(1 - shown, 0, 1)], axis=2)

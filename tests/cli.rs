@@ -1,6 +1,9 @@
 //! The program itself: what it writes, prints and exits with, and that it leaves no half-written file.
 
+mod kit;
+
 use exr::prelude::{ReadChannels, ReadLayers};
+use kit::program::{self, code, json, stderr};
 use serde_json::Value;
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -798,10 +801,9 @@ fn folder() -> TempDir {
     folder
 }
 
+/// A program that keeps nothing.
 fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
-    command.args(arguments).current_dir(folder).env("TERRANE_VALIDATION", "1");
-    // What other runs have left belongs to the user.
+    let mut command = program::command(folder, arguments);
     if let Some(&"render" | &"export") = arguments.first() {
         command.arg("--no-cache");
     }
@@ -810,20 +812,6 @@ fn command(folder: &Path, arguments: &[&str]) -> Command {
 
 fn terrane(folder: &Path, arguments: &[&str]) -> Output {
     command(folder, arguments).output().unwrap()
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("it was not killed")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// The one object on standard output.
-fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout)
-        .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stdout)))
 }
 
 fn names(folder: &Path) -> Vec<String> {

@@ -1,8 +1,10 @@
 //! `terrane compare`: figures that can be worked out by hand, and every way that two files can fail to be the same.
 
+mod kit;
+
+use kit::program::{self, terrane};
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use tempfile::TempDir;
 use terrane::formats::{exr, png};
 
@@ -156,16 +158,11 @@ fn write(folder: &TempDir, name: &str, pixels: &[[f32; 3]]) {
 }
 
 fn compare(folder: &TempDir, arguments: &[&str]) -> Output {
-    terrane(folder.path(), arguments)
-}
-
-fn terrane(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
-    command.arg("compare").args(arguments).current_dir(folder).output().unwrap()
+    terrane(folder.path(), &[&["compare"], arguments].concat())
 }
 
 fn json(output: &Output) -> Value {
-    let object: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let object = program::json(output);
     let comparison = object["comparison"].as_object().unwrap().clone();
     let mut object = object.as_object().unwrap().clone();
     object.extend(comparison);

@@ -6,11 +6,12 @@
 mod kit;
 
 use exr::prelude::read_all_flat_layers_from_file;
+use kit::program::{good, terrane, told};
 use std::collections::BTreeMap;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 use tempfile::TempDir;
 
 const WORLD: &str = "format = 1\nerosion = \"none\"\nreef = \"none\"\n[terrain]\ncells = 64\n";
@@ -108,23 +109,9 @@ fn script(folder: &TempDir, text: &str) {
 }
 
 fn render(folder: &TempDir, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_terrane"));
     let common = ["render", "world.toml", "--spp", "2", "--size", "32x18", "--no-cache", "--quiet"];
     let renderer: &[&str] = if arguments.contains(&"--renderer") { &[] } else { &["--renderer", "trace"] };
-    command.args(common).args(renderer).args(arguments).current_dir(folder.path());
-    command.env("TERRANE_VALIDATION", "1").output().unwrap()
-}
-
-#[track_caller]
-fn good(output: &Output) {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-}
-
-#[track_caller]
-fn told(output: &Output, code: i32, part: &str) {
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(code), "{error}");
-    assert!(error.contains(part), "{error}");
+    terrane(folder.path(), &[&common, renderer, arguments].concat())
 }
 
 fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {

@@ -7,7 +7,7 @@ use kit::forest::{self, Random};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::sync::Arc;
 use tempfile::TempDir;
 use terrane::core::camera::Pinhole;
@@ -530,13 +530,7 @@ fn run(folder: &Path, arguments: &str) {
 
 fn program(folder: &Path, arguments: &str) -> Output {
     let _turn = kit::turn();
-    Command::new(env!("CARGO_BIN_EXE_terrane"))
-        .args(arguments.split(' '))
-        .current_dir(folder)
-        .env("TERRANE_VALIDATION", "1")
-        .env("TERRANE_CACHE", folder.join("cache"))
-        .output()
-        .unwrap()
+    kit::program::terrane(folder, &arguments.split(' ').collect::<Vec<_>>())
 }
 
 fn u32_at(bytes: &[u8], at: usize) -> u32 {

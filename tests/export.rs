@@ -2,10 +2,11 @@
 
 mod kit;
 
+use kit::program::{self, code, stderr};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use tempfile::TempDir;
 
 /// A world with every layer, in a second.
@@ -361,28 +362,13 @@ fn folder() -> TempDir {
 
 fn terrane(folder: &TempDir, arguments: &[&str]) -> Output {
     let _turn = kit::turn();
-    Command::new(env!("CARGO_BIN_EXE_terrane"))
-        .args(arguments)
-        .current_dir(folder.path())
-        .env("TERRANE_VALIDATION", "1")
-        // What other runs have left belongs to the user.
-        .env("TERRANE_CACHE", folder.path().join("cache"))
-        .output()
-        .unwrap()
+    program::terrane(folder.path(), arguments)
 }
 
 fn export(folder: &TempDir, arguments: &[&str]) -> Output {
     let output = terrane(folder, &[&["export", "world.toml"], arguments].concat());
     assert_eq!(code(&output), 0, "{arguments:?}: {}", stderr(&output));
     output
-}
-
-fn code(output: &Output) -> i32 {
-    output.status.code().expect("it was not killed")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 fn sidecar(path: &Path) -> Value {

@@ -4,7 +4,7 @@
 mod kit;
 
 use glam::{Quat, Vec3};
-use kit::forest;
+use kit::{forest, stage};
 use serde::Deserialize;
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -12,12 +12,12 @@ use terrane::core::grid::Grid;
 use terrane::core::hash::mix;
 use terrane::core::memory;
 use terrane::core::mesh::Mesh;
-use terrane::gpu::{Gpu, Image, Options, Recorder, format::R32f};
+use terrane::gpu::{Gpu, Options};
 use terrane::plants::derive::Limits;
 use terrane::raster::{self, Quality, Renderer};
 use terrane::scene::{
-    ByHeight, Camera, Film, Ground, Instance, Level, Light, Material, Mixture, Model, Part, Picture,
-    Population, Scene, Sea, Sky, Sun, Surface, ToneMap, View,
+    ByHeight, Camera, Film, Instance, Level, Material, Mixture, Model, Part, Picture, Scene, Sky, Sun,
+    ToneMap, View,
 };
 use terrane::sky::sun;
 
@@ -27,58 +27,9 @@ const ONE_SAMPLE: Quality = Quality { samples: 1, tile: 512 };
 /// Level ground of one grey at this height, seen straight from above, and nothing else: no sea, no light.
 fn plain(gpu: &Gpu, extent: f32, height: f32) -> Scene {
     let grid = Grid { cells: 65, extent };
-    let zeros = vec![0.0; grid.samples()];
-    Scene {
-        ground: Ground {
-            grid,
-            height: upload(gpu, "height", &vec![height; grid.samples()]),
-            water: upload(gpu, "water", &zeros),
-            wetness: upload(gpu, "wetness", &zeros),
-            reef: upload(gpu, "reef", &zeros),
-            sea_level: -1e5,
-        },
-        light: Light { sky: Sky::None, sun: None, air: None, clouds: 0.0 },
-        sea: Sea { level: -1e5, attenuation: [0.3, 0.06, 0.03], deep_colour: [0.0; 3], roughness: 0.0 },
-        surface: Surface {
-            grass: [ALBEDO; 3],
-            dry_grass: [ALBEDO; 3],
-            rock: [ALBEDO; 3],
-            sand: [ALBEDO; 3],
-            sea_floor: [ALBEDO; 3],
-            reef: [ALBEDO; 3],
-            rock_slope: [1.5, 1.55],
-            dry_height: [1e6, 2e6],
-            beach_height: 1e7,
-            beach_slope: 10.0,
-            patch_size: 1e-4,
-            crowns: 0.0,
-            snow: None,
-            // One colour, without texture.
-            by_height: Some(ByHeight { ground: grey(), rock: grey(), rock_start: 1e5, ground_end: 2e5 }),
-        },
-        population: Population::default(),
-        camera: Camera { view: View::LookAt { position: Vec3::Y, target: Vec3::ZERO }, fov: 1.0 },
-    }
-}
-
-fn grey() -> Mixture {
-    let reflectance = [ALBEDO; 3];
-    Mixture { reflectance, second_reflectance: reflectance, position_factor: 0.0, value_factor: 0.0 }
-}
-
-/// Ground that throws no light back.
-fn blacken(scene: &mut Scene) {
-    let black = Mixture { reflectance: [0.0; 3], second_reflectance: [0.0; 3], ..grey() };
-    scene.surface.by_height = Some(ByHeight { ground: black, rock: black, rock_start: 1e5, ground_end: 2e5 });
-}
-
-fn upload(gpu: &Gpu, name: &str, values: &[f32]) -> Image<R32f> {
-    let side = (values.len() as f64).sqrt() as u32;
-    let image = Image::new(gpu, name, [side; 2]).expect("an image");
-    let mut rec = Recorder::new(gpu);
-    rec.upload(&image, values);
-    rec.submit().expect("submitted").wait().expect("finished");
-    image
+    let mut scene = stage::on(stage::empty(gpu), gpu, grid, &vec![height; grid.samples()]);
+    scene.surface.by_height = stage::one_colour(ALBEDO);
+    scene
 }
 
 fn film(width: u32, height: u32) -> Film {
@@ -252,7 +203,7 @@ fn leaves_scatter_and_transmit_by_lambert() {
     (white.reflectance, white.transmittance) = ([[0.5; 3]; 2], [0.5; 3]);
     let draw = |material: &Material, eye: f32| {
         let mut scene = plain(&gpu, 400.0, -100.0);
-        blacken(&mut scene);
+        scene.surface.by_height = stage::one_colour(0.0);
         scene.light.sun = Some(sun_at(200.0, elevation, 1000.0));
         scene.population = forest::standing(tablet(material.clone()), [Vec3::ZERO]);
         scene.camera = look(Vec3::new(0.0, eye, 0.0), Vec3::ZERO, 0.1);
@@ -457,7 +408,7 @@ fn levels_of_detail_look_the_same() {
         // So far away that the plant fills the picture, before the sky: the ground is far below.
         let draw = |index: usize, materials: Vec<Material>| {
             let mut scene = plain(&gpu, 4000.0, -500.0);
-            blacken(&mut scene);
+            scene.surface.by_height = stage::one_colour(0.0);
             scene.light.sky = Sky::Constant { radiance: [SKY; 3] };
             scene.light.sun = Some(sun_at(230.0, 0.7, 90_000.0));
             let levels = vec![Level { detail: 0.0, ..model.levels[index].clone() }];
@@ -499,7 +450,7 @@ fn memory_of_plants_is_known_before() {
     let mut drawing = renderer.begin(&scene, &film, ONE_SAMPLE).expect("a drawing");
     while drawing.step().expect("a tile") {}
     let most = gpu.memory().peak;
-    let mut parts = raster::memory::picture(scene.ground.grid, &film, ONE_SAMPLE);
+    let mut parts = raster::memory::picture(scene.ground.grid, &film, &scene.light.sky, ONE_SAMPLE);
     parts.extend(raster::memory::plants(scene.ground.grid, &film, ONE_SAMPLE));
     parts.push(raster::memory::models(&scene.population));
     let planned = land + memory::total(&parts);

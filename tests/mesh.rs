@@ -10,7 +10,7 @@ use serde_json::Value;
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use tempfile::TempDir;
 use terrane::core::grid::Grid;
 use terrane::core::mesh::Mesh;
@@ -656,14 +656,7 @@ fn folder() -> TempDir {
 
 fn terrane(folder: &TempDir, arguments: &[&str]) -> Output {
     let _turn = kit::turn();
-    Command::new(env!("CARGO_BIN_EXE_terrane"))
-        .args(arguments)
-        .current_dir(folder.path())
-        .env("TERRANE_VALIDATION", "1")
-        // What other runs have left belongs to the user.
-        .env("TERRANE_CACHE", folder.path().join("cache"))
-        .output()
-        .unwrap()
+    kit::program::terrane(folder.path(), arguments)
 }
 
 #[track_caller]

@@ -6,7 +6,7 @@ mod kit;
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 use std::{fs, str};
 use terrane::core::camera::Pinhole;
 use terrane::formats::exr;
@@ -15,6 +15,7 @@ use terrane::scene::{Film, Light, Material, Sky, Sun, ToneMap, dome};
 use terrane::sky::preetham;
 
 use kit::forest::{leaf, standing, tuft};
+use kit::program::terrane;
 use kit::stage::{ball, grey};
 
 /// Ground of one colour, a model that stands there twice, and a sun.
@@ -55,13 +56,10 @@ fn export(folder: &Path, out: &str, more: &[&str]) -> Output {
     for (name, text) in [("world.toml", WORLD), ("lamp.obj", LAMP), ("lamp.mtl", MATERIALS)] {
         fs::write(folder.join(name), text).expect("written");
     }
-    let output = Command::new(env!("CARGO_BIN_EXE_terrane"))
-        .args(["export", "world.toml", "--no-cache", "--layer", "mitsuba", "-o", out])
-        .args(more)
-        .current_dir(folder)
-        .env("TERRANE_VALIDATION", "1")
-        .output();
-    output.expect("the program runs")
+    terrane(
+        folder,
+        &[&["export", "world.toml", "--no-cache", "--layer", "mitsuba", "-o", out], more].concat(),
+    )
 }
 
 /// The text between quotes after the first `name="NAME" value=` behind `after`, as numbers.

@@ -3,6 +3,7 @@
 mod kit;
 
 use glam::{DVec3, Vec3};
+use kit::stage::{self, upload};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use terrane::core::camera::Pinhole;
@@ -12,8 +13,7 @@ use terrane::core::memory;
 use terrane::gpu::{DeviceKind, Gpu, Image, Options, Recorder, format::R32f};
 use terrane::raster::{self, Quality, Renderer};
 use terrane::scene::{
-    Air, AirLayer, Camera, Film, Ground, Light, Picture, Population, Scene, Sea, Sky, SkyMap, Sun, Surface,
-    ToneMap, View, dome,
+    Air, AirLayer, Camera, Film, Light, Picture, Scene, Sky, SkyMap, Sun, Surface, ToneMap, View, dome,
 };
 use terrane::sky::{air, hosek_wilkie, preetham, sun};
 
@@ -30,50 +30,26 @@ fn sandbox(gpu: &Gpu, grid: Grid, height: impl Fn(f32, f32) -> f32) -> Scene {
             height(x, z)
         }));
     }
-    let zeros = vec![0.0; grid.samples()];
-    Scene {
-        ground: Ground {
-            grid,
-            height: upload(gpu, "height", grid, &heights),
-            water: upload(gpu, "water", grid, &zeros),
-            wetness: upload(gpu, "wetness", grid, &zeros),
-            reef: upload(gpu, "reef", grid, &zeros),
-            sea_level: -1e5,
-        },
-        light: Light { sky: Sky::None, sun: None, air: None, clouds: 0.0 },
-        sea: Sea { level: -1e5, attenuation: [0.3, 0.06, 0.03], deep_colour: [0.0; 3], roughness: 0.0 },
-        surface: Surface {
-            grass: [0.1, 0.15, 0.03],
-            dry_grass: [0.25, 0.25, 0.1],
-            rock: [0.13, 0.11, 0.1],
-            sand: SAND,
-            sea_floor: SAND,
-            reef: [0.2, 0.15, 0.1],
-            rock_slope: [1.5, 1.55],
-            dry_height: [500.0, 900.0],
-            beach_height: 1e7,
-            beach_slope: 10.0,
-            // Far below what any sample resolves.
-            patch_size: 1e-4,
-            crowns: 1.0,
-            snow: None,
-            by_height: None,
-        },
-        population: Population::default(),
-        camera: Camera { view: straight_down(1000.0), fov: 0.2 },
-    }
+    let mut scene = stage::on(stage::empty(gpu), gpu, grid, &heights);
+    scene.ground.sea_level = -1e5;
+    scene.surface = Surface {
+        grass: [0.1, 0.15, 0.03],
+        dry_grass: [0.25, 0.25, 0.1],
+        rock: [0.13, 0.11, 0.1],
+        sand: SAND,
+        sea_floor: SAND,
+        reef: [0.2, 0.15, 0.1],
+        dry_height: [500.0, 900.0],
+        crowns: 1.0,
+        by_height: None,
+        ..scene.surface
+    };
+    scene.camera = Camera { view: straight_down(1000.0), fov: 0.2 };
+    scene
 }
 
 fn straight_down(height: f32) -> View {
     View::LookAt { position: Vec3::new(0.0, height, 0.0), target: Vec3::ZERO }
-}
-
-fn upload(gpu: &Gpu, name: &str, grid: Grid, values: &[f32]) -> Image<R32f> {
-    let image = Image::new(gpu, name, [grid.cells; 2]).expect("an image");
-    let mut rec = Recorder::new(gpu);
-    rec.upload(&image, values);
-    rec.submit().expect("submitted").wait().expect("finished");
-    image
 }
 
 fn download(gpu: &Gpu, image: &Image<R32f>) -> Vec<f32> {
@@ -97,9 +73,9 @@ fn island(gpu: &Gpu, cells: u32) -> Scene {
     let island = kit::island::island(grid);
     let position = sun::Position { zenith: 45f64.to_radians(), azimuth: 250f64.to_radians() };
     let mut scene = sandbox(gpu, grid, |_, _| 0.0);
-    scene.ground.height = upload(gpu, "height", grid, &island.height);
-    scene.ground.wetness = upload(gpu, "wetness", grid, &island.wetness);
-    scene.ground.reef = upload(gpu, "reef", grid, &island.reef);
+    scene.ground.height = upload(gpu, "height", &island.height);
+    scene.ground.wetness = upload(gpu, "wetness", &island.wetness);
+    scene.ground.reef = upload(gpu, "reef", &island.reef);
     scene.ground.sea_level = 0.0;
     scene.light = Light {
         sky: preetham::sky(2.2, position.direction()),
@@ -366,7 +342,7 @@ fn extreme_worlds_have_finite_pictures() {
     let renderer = kit::renderer(&gpu);
     // Level water and a level shore, as flat as ground can be.
     let mut level = island(&gpu, 64);
-    level.ground.height = upload(&gpu, "height", level.ground.grid, &vec![0.0; level.ground.grid.samples()]);
+    level.ground.height = upload(&gpu, "height", &vec![0.0; level.ground.grid.samples()]);
     for scene in [island(&gpu, 64), level] {
         for (name, change) in cases {
             let mut scene = scene.clone();
@@ -531,7 +507,8 @@ fn memory_of_a_picture_is_known_before() {
         let mut drawing = renderer.begin(&scene, &film, quality).expect("a drawing");
         while drawing.step().expect("a tile") {}
         let most = gpu.memory().peak;
-        let planned = land + memory::total(&raster::memory::picture(scene.ground.grid, &film, quality));
+        let planned = land
+            + memory::total(&raster::memory::picture(scene.ground.grid, &film, &scene.light.sky, quality));
         // Graphics cards keep images in tiles, which small ones don't fill.
         let padding = if gpu.info().kind == DeviceKind::Cpu { planned / 4 } else { planned / 2 };
         assert!(most >= planned && most < planned + padding, "{cells}: {planned} planned, {most} used");

@@ -1,11 +1,16 @@
 //! The sky and the sun against tests/data/preetham_reference.json: float64 values of the authors' coefficients,
 //! checked there against a 40-digit evaluation to 2.4e-15.
 
+mod kit;
+
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3, Vec3};
 use serde_json::Value;
-use terrane::scene::{Sky, SkyMap, dome};
+use terrane::core::camera::Pinhole;
+use terrane::gpu::{Buffer, Compute, Gpu, Recorder};
+use terrane::scene::{self, Film, Scene, Sky, SkyMap, ToneMap, dome};
+use terrane::shaders::trace::sky as program;
 use terrane::sky::{hosek_wilkie, preetham, sun};
 use terrane::world::{self, Overrides};
 
@@ -61,6 +66,68 @@ fn sky_near_the_sun_agrees_with_the_reference() {
 #[test]
 fn a_slightly_wrong_turbidity_is_caught() {
     assert!(worst_difference("sky", 1.0 + 1e-9) > 1e-12);
+}
+
+/// What shaders see of a sky in these directions.
+fn shaded(gpu: &Gpu, pass: &Compute<program::Shader>, scene: &Scene, views: &[DVec3]) -> Vec<DVec3> {
+    let film = Film { width: 1, height: 1, exposure: 1.0, tone_map: ToneMap::None };
+    let camera = Pinhole::look_at(Vec3::ZERO, Vec3::NEG_Z, 1.0, 1.0);
+    let given: Vec<[f32; 3]> = views.iter().map(|view| view.as_vec3().to_array()).collect();
+    let frame = Buffer::new(gpu, "frame", 1).unwrap();
+    let looks = Buffer::new(gpu, "looks", given.len()).unwrap();
+    let panorama = scene::panorama(gpu, &scene.light.sky).unwrap();
+    let mut rec = Recorder::new(gpu);
+    rec.upload(&frame, &[scene::frame(scene, &film, 1, &camera)]);
+    rec.upload(&looks, &given);
+    let count = given.len() as u32;
+    let bindings = program::Bindings { frame: &frame, looks: &looks, panorama: &panorama };
+    rec.dispatch(pass, [count, 1], program::Push { count }, bindings);
+    let download = rec.download(&looks);
+    let radiance = download.take(&rec.submit().unwrap().wait().unwrap());
+    radiance.into_iter().map(|radiance| Vec3::from(radiance).as_dvec3()).collect()
+}
+
+/// Linear Rec.709 from XYZ, row by row (IEC 61966-2-1, D65).
+const REC709_FROM_XYZ: [[f64; 3]; 3] = [
+    [3.2404542, -1.5371385, -0.4985314],
+    [-0.9692660, 1.8760108, 0.0415560],
+    [0.0556434, -0.2040259, 1.0572252],
+];
+
+/// Largest relative difference of the shader's Y, x, y and colour, the last as a share of the largest channel, over all cases of
+/// `table` for turbidities that are `scale` times as high.
+fn worst_difference_of_shaders(table: &str, scale: f64) -> f64 {
+    let gpu = kit::gpu();
+    let pass = Compute::new(&gpu, ()).unwrap();
+    let mut stage = kit::stage::empty(&gpu);
+    let xyz_from_rec709 = DMat3::from_cols_array_2d(&REC709_FROM_XYZ).transpose().inverse();
+    let mut worst = 0.0f64;
+    for case in reference()[table].as_array().expect("a list of cases") {
+        let sun = direction(number(&case["theta_s_deg"]).to_radians(), 0.0);
+        let view = direction(number(&case["theta_deg"]).to_radians(), number(&case["dphi_deg"]).to_radians());
+        stage.light.sky = preetham::sky(number(&case["T"]) * scale, sun);
+        let found = shaded(&gpu, &pass, &stage, &[view])[0] / 1000.0;
+        let channels = case["linear_srgb"].as_array().expect("three channels");
+        let expected = DVec3::from_array([0, 1, 2].map(|channel| number(&channels[channel])));
+        worst = worst.max((found - expected).abs().max_element() / expected.max_element());
+        let xyz = xyz_from_rec709 * found;
+        let sum = xyz.element_sum();
+        worst = worst.max(relative(xyz.y, number(&case["Y_kcd"])));
+        worst = worst.max(relative(xyz.x / sum, number(&case["x"])));
+        worst = worst.max(relative(xyz.y / sum, number(&case["y"])));
+    }
+    worst
+}
+
+/// 32-bit floats, down to the sun's disc.
+#[test]
+fn shaders_agree_with_the_reference() {
+    for table in ["sky", "sky_near_sun"] {
+        let worst = worst_difference_of_shaders(table, 1.0);
+        eprintln!("{table}: largest relative difference {worst:e}");
+        assert!(worst < 2e-5, "{table}: largest relative difference {worst:e}");
+        assert!(worst_difference_of_shaders(table, 1.0 + 5e-5) > 2e-5, "{table}");
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 mod kit;
 
 use glam::{DVec3, Vec3};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use std::sync::{Arc, OnceLock};
 use terrane::core::camera::Pinhole;
 use terrane::core::grid::Grid;
@@ -11,8 +11,9 @@ use terrane::core::hash::mix;
 use terrane::core::mesh::Mesh;
 use terrane::gpu::{Buffer, Compute, Gpu, Recorder};
 use terrane::scene::{Film, Instance, Material, Scene, Sky, SkyMap, Sun, ToneMap};
-use terrane::shaders::{Trial, trace::scatter};
-use terrane::trace::{Meeting, Ray, Settings, Tracer, Traversal, ground};
+use terrane::shaders::Trial;
+use terrane::shaders::trace::{scatter, waves};
+use terrane::trace::{Assets, Meeting, Ray, Settings, Tracer, Traversal, ground};
 
 use kit::forest::Random;
 use kit::stage::{ball, empty, grey, on, sheet, with};
@@ -251,6 +252,48 @@ fn white_furnace() {
     }
 }
 
+/// A lens of radius R that is sharp at distance f sees each place at distance s as a disc of radius R·|1 − s/f|, evenly bright
+/// (Potmesil & Chakravarty 1981). Of such a disc, ½ + (asin t + t·√(1 − t²))/π lies on one side of an edge, t radii from its middle.
+#[test]
+fn a_lens_blurs_an_edge_into_a_disc() {
+    let gpu = kit::gpu();
+    let glowing = Material { emission: [1.0; 3], ..grey(0.0) };
+    let eye = Vec3::new(3.0, 2.0, -1.0);
+    let seen = |aperture: f32, focus: f32, distance: f32, edge: f32, turn: f32| {
+        // Beyond an edge that is turned about the axis of the view.
+        let (across, along) =
+            (Vec3::new(turn.cos(), turn.sin(), 0.0), Vec3::new(-turn.sin(), turn.cos(), 0.0));
+        let corner = eye + distance * Vec3::NEG_Z + edge * across - 50.0 * along;
+        let scene = with(empty(&gpu), vec![(sheet(corner, -50.0 * across, 100.0 * along), glowing.clone())]);
+        let settings = Settings { bounces: 0, plain: true, aperture, focus, ..Settings::default() };
+        radiance_with(&gpu, &scene, settings, eye, eye + Vec3::NEG_Z)
+    };
+    // In front of what is sharp, and behind it.
+    for (focus, distance) in [(4.0, 2.0), (2.0, 4.0), (20.0, 4.0)] {
+        let aperture = 0.5;
+        let radius: f32 = aperture * f32::abs(1.0 - distance / focus);
+        for (t, turn) in [(0.0f64, 0.3), (0.35, 0.0), (0.7, 1.1), (0.95, 2.0), (-0.35, 4.0), (-0.7, 1.57)] {
+            let share = 0.5 + (t.asin() + t * (1.0 - t * t).sqrt()) / PI;
+            assert_share(seen(aperture, focus, distance, t as f32 * radius, turn), share);
+        }
+        for (t, share) in [(1.05, 1.0), (-1.05, 0.0)] {
+            assert_eq!(seen(aperture, focus, distance, t * radius, 0.5).0, share);
+        }
+    }
+    // What is sharp has no disc, nor has anything without a lens.
+    for (aperture, distance) in [(0.5, 4.0), (0.0, 9.0)] {
+        for (edge, share) in [(0.06, 1.0), (-0.06, 0.0)] {
+            assert_eq!(seen(aperture, 4.0, distance, edge, 0.5).0, share);
+        }
+    }
+}
+
+#[track_caller]
+fn assert_share((mean, error): (f64, f64), expected: f64) {
+    let off = (mean - expected).abs();
+    assert!(error < 0.002 && off <= 3.0 * error + 1e-4, "{mean} ± {error}, expected {expected}");
+}
+
 /// Nothing of a thing is behind it: a mesh that is turned and scaled is met where it stands.
 #[test]
 fn instances_stand_where_they_are_put() {
@@ -313,17 +356,16 @@ fn views() -> impl Iterator<Item = [f32; 3]> {
     [0.0f32, 0.8, 1.45].into_iter().map(|angle| [0.6 * angle.sin(), 0.8 * angle.sin(), angle.cos()])
 }
 
-/// Directions are chosen as often as the density says: Pearson's test over bands of height and azimuth, with the density summed
-/// up over each. Independent draws would exceed the limit once in 10,000 tests; these are drawn more evenly.
-#[test]
-fn directions_are_chosen_with_their_density() {
+/// Directions are chosen as often as the density says: Pearson's test over bands of height above the plane z = 0 and of azimuth, with
+/// the density summed up over each. Independent draws would exceed the limit once in 10,000 tests; these are drawn more evenly.
+#[track_caller]
+fn assert_density(name: &str, judged: impl Fn(&[Vec3]) -> Vec<Trial>, chosen: impl Fn(usize) -> Vec<Trial>) {
     const BANDS: usize = 24;
     const SECTORS: usize = 24;
     /// Steps of the sum in each cell, down and around: 0.002 and 0.004 radians; the narrowest lobe is 0.02 wide.
     const DOWN: usize = 64;
     const AROUND: usize = 64;
     const DRAWS: usize = 1 << 17;
-    let gpu = kit::gpu();
     let direction = |band: f32, sector: f32| {
         let (level, z) = (std::f32::consts::PI * band / BANDS as f32).sin_cos();
         let azimuth = std::f32::consts::TAU * sector / SECTORS as f32;
@@ -335,47 +377,99 @@ fn directions_are_chosen_with_their_density() {
         .map(|index| direction(middle(index / columns, DOWN), middle(index % columns, AROUND)))
         .collect();
     let step = PI / (BANDS * DOWN) as f64 * 2.0 * PI / columns as f64;
+    let mut expected = [[0.0f64; SECTORS]; BANDS];
+    for (index, trial) in judged(&grid).iter().enumerate() {
+        let (band, sector) = (index / columns / DOWN, index % columns / AROUND);
+        let [x, y, _] = grid[index].to_array().map(f64::from);
+        expected[band][sector] += f64::from(trial.density) * x.hypot(y) * step * DRAWS as f64;
+    }
+    let mut found = [[0.0f64; SECTORS]; BANDS];
+    let mut drawn = 0.0;
+    for trial in chosen(DRAWS) {
+        if trial.density <= 0.0 {
+            continue;
+        }
+        let [x, y, z] = trial.direction;
+        let length = Vec3::from(trial.direction).length();
+        assert!((length - 1.0).abs() < 1e-5, "{name}: {:?}", trial.direction);
+        let band = (z.clamp(-1.0, 1.0).acos() / std::f32::consts::PI * BANDS as f32) as usize;
+        let turn = y.atan2(x).rem_euclid(std::f32::consts::TAU) / std::f32::consts::TAU;
+        let sector = (turn * SECTORS as f32) as usize;
+        found[band.min(BANDS - 1)][sector.min(SECTORS - 1)] += 1.0;
+        drawn += 1.0;
+    }
+    // What has no density is not drawn.
+    let all: f64 = expected.iter().flatten().sum();
+    assert!((all - drawn).abs() < 4.0 * (DRAWS as f64).sqrt(), "{name}: {drawn} of {all}");
+    let (mut sum, mut cells, mut few) = (0.0f64, 0.0f64, [0.0f64; 2]);
+    for (expected, found) in expected.iter().flatten().zip(found.iter().flatten()) {
+        if *expected < 5.0 {
+            few = [few[0] + expected, few[1] + found];
+            continue;
+        }
+        sum += (found - expected).powi(2) / expected;
+        cells += 1.0;
+    }
+    assert!(few[1] <= few[0] + 4.0 * few[0].sqrt() + 5.0, "{name}: {few:?} in empty cells");
+    // Chi squared of so many cells, one in 10,000 (Wilson & Hilferty 1931).
+    let ninth = 2.0 / (9.0 * cells);
+    let limit = cells * (1.0 - ninth + 3.719 * ninth.sqrt()).powi(3);
+    assert!(sum <= limit, "{name}: {sum:.0} over {cells} cells, at most {limit:.0}");
+}
+
+#[test]
+fn directions_are_chosen_with_their_density() {
+    let gpu = kit::gpu();
     for (name, surface) in SURFACES {
         for view in views() {
             let surface = scatter::Push { view, ..surface };
-            let mut expected = [[0.0f64; SECTORS]; BANDS];
-            for (index, trial) in scattering(&gpu, surface, false, &grid).iter().enumerate() {
-                let (band, sector) = (index / columns / DOWN, index % columns / AROUND);
-                let [x, y, _] = grid[index].to_array().map(f64::from);
-                expected[band][sector] += f64::from(trial.density) * x.hypot(y) * step * DRAWS as f64;
-            }
-            let mut found = [[0.0f64; SECTORS]; BANDS];
-            let mut drawn = 0.0;
-            for trial in scattering(&gpu, surface, true, &vec![Vec3::Z; DRAWS]) {
-                if trial.density <= 0.0 {
-                    continue;
-                }
-                let [x, y, z] = trial.direction;
-                let length = Vec3::from(trial.direction).length();
-                assert!((length - 1.0).abs() < 1e-5, "{name}, {view:?}: {:?}", trial.direction);
-                let band = (z.clamp(-1.0, 1.0).acos() / std::f32::consts::PI * BANDS as f32) as usize;
-                let turn = y.atan2(x).rem_euclid(std::f32::consts::TAU) / std::f32::consts::TAU;
-                let sector = (turn * SECTORS as f32) as usize;
-                found[band.min(BANDS - 1)][sector.min(SECTORS - 1)] += 1.0;
-                drawn += 1.0;
-            }
-            // What is not drawn went below the surface: the density leaves it out, too.
-            let all: f64 = expected.iter().flatten().sum();
-            assert!((all - drawn).abs() < 4.0 * (DRAWS as f64).sqrt(), "{name}, {view:?}: {drawn} of {all}");
-            let (mut sum, mut cells, mut few) = (0.0f64, 0.0f64, [0.0f64; 2]);
-            for (expected, found) in expected.iter().flatten().zip(found.iter().flatten()) {
-                if *expected < 5.0 {
-                    few = [few[0] + expected, few[1] + found];
-                    continue;
-                }
-                sum += (found - expected).powi(2) / expected;
-                cells += 1.0;
-            }
-            assert!(few[1] <= few[0] + 4.0 * few[0].sqrt() + 5.0, "{name}, {view:?}: {few:?} in empty cells");
-            // Chi squared of so many cells, one in 10,000 (Wilson & Hilferty 1931).
-            let ninth = 2.0 / (9.0 * cells);
-            let limit = cells * (1.0 - ninth + 3.719 * ninth.sqrt()).powi(3);
-            assert!(sum <= limit, "{name}, {view:?}: {sum:.0} over {cells} cells, at most {limit:.0}");
+            assert_density(
+                &format!("{name}, {view:?}"),
+                |directions| scattering(&gpu, surface, false, directions),
+                |draws| scattering(&gpu, surface, true, &vec![Vec3::Z; draws]),
+            );
+        }
+    }
+}
+
+/// Lets waves judge directions, or choose as many; `z` of the directions is up.
+fn crossing(gpu: &Gpu, sea: waves::Push, choose: bool, directions: &[Vec3]) -> Vec<Trial> {
+    static SHARED: OnceLock<Compute<waves::Shader>> = OnceLock::new();
+    let pass = SHARED.get_or_init(|| Compute::new(gpu, waves::Constants::default()).expect("a program"));
+    let count = directions.len() as u32;
+    let trial = |way: &Vec3| Trial { direction: [way.x, way.z, -way.y], ..Trial::default() };
+    let given: Vec<Trial> = directions.iter().map(trial).collect();
+    let trials = Buffer::new(gpu, "trials", given.len()).unwrap();
+    let mut rec = Recorder::new(gpu);
+    rec.upload(&trials, &given);
+    let push = waves::Push { choose: choose.into(), count, ..sea };
+    rec.dispatch(pass, [count, 1], push, waves::Bindings { trials: &trials });
+    let download = rec.download(&trials);
+    let answers = download.take(&rec.submit().unwrap().wait().unwrap());
+    let turned =
+        |Trial { direction: [x, y, z], density, value }| Trial { direction: [x, -z, y], density, value };
+    answers.into_iter().map(turned).collect()
+}
+
+/// Waves, calm and rough, level and leaning, that are seen from above and from near the horizon. What they mirror is chosen with the
+/// density that it claims; and with what they let through it is all the light that there is, no more and no less.
+#[test]
+fn waves_mirror_with_their_density_and_keep_energy() {
+    let gpu = kit::gpu();
+    for (deviation, slope) in [(0.03, [0.0, 0.0]), (0.1, [0.1, -0.05]), (0.3, [-0.2, 0.3])] {
+        for angle in [0.0f32, 0.8, 1.35, 1.52] {
+            let view = [0.6 * angle.sin(), -angle.cos(), 0.8 * angle.sin()];
+            let sea = waves::Push { view, slope, deviation, choose: 0, count: 0 };
+            let name = format!("waves {deviation}, {slope:?} from {angle}");
+            let judged = |directions: &[Vec3]| crossing(&gpu, sea, false, directions);
+            let chosen = |draws| crossing(&gpu, sea, true, &vec![Vec3::Z; draws]);
+            assert_density(&name, judged, chosen);
+            let weights: Vec<f64> = chosen(1 << 16).iter().map(|trial| f64::from(trial.value[0])).collect();
+            let count = weights.len() as f64;
+            let mean = weights.iter().sum::<f64>() / count;
+            let variance = weights.iter().map(|weight| (weight - mean).powi(2)).sum::<f64>() / count;
+            let error = (variance / count).sqrt();
+            assert!((mean - 1.0).abs() <= 3.0 * error + 1e-5, "{name}: {mean} ± {error}");
         }
     }
 }
@@ -652,6 +746,33 @@ fn the_same_samples_give_the_same_bits() {
     assert_ne!(once, traced(&gpu, &scene, 24, 16, &[9]));
 }
 
+/// A frame has the same bits with what was made ready for another frame of its film.
+#[test]
+fn frames_have_their_assets_in_common() {
+    let gpu = kit::gpu();
+    let things = [0.8, 0.3].map(|radius| (ball(Vec3::ZERO, radius, 1.0, 16, false), grey(0.5)));
+    let first = sky(with(empty(&gpu), things.to_vec()), 1.0);
+    let mut second = first.clone();
+    let moved = |x: f32, model: u32| {
+        let position = Vec3::new(x, -2.0, 0.5);
+        Instance { model, position, ..first.population.instances[0] }
+    };
+    second.population.instances = [moved(0.4, 1), moved(-0.9, 1), moved(1.1, 0)].into();
+    let film = Film { width: 16, height: 16, exposure: 1.0, tone_map: ToneMap::None };
+    let camera = Pinhole::look_at(Vec3::Y, Vec3::NEG_Y, 1.0, 1.0);
+    let settings = Settings { bounces: 2, ..Settings::default() };
+    let tracer = kit::tracer(&gpu);
+    let assets = tracer.assets(&first).expect("assets");
+    let sums = |assets: &Arc<Assets>, scene: &Scene| {
+        let mut tracing = tracer.begin_with(assets, scene, &film, &camera, settings).expect("begun");
+        while tracing.step(2).expect("a step") {}
+        tracing.take_sums()
+    };
+    let own = sums(&tracer.assets(&second).expect("assets"), &second);
+    assert_eq!(sums(&assets, &second), own);
+    assert_ne!(sums(&assets, &first), own);
+}
+
 /// The sea in a furnace: what waves mirror and what goes in and comes out again is all there is, whatever the waves. Water that takes
 /// nothing over a white bottom sends everything back.
 #[test]
@@ -702,4 +823,27 @@ fn the_open_sea_has_no_light_below() {
         // What flat water mirrors straight up: ((1.34 − 1)/(1.34 + 1))².
         assert!((seen - 0.0211).abs() <= 4.0 * error + 0.002, "{along}: {seen} ± {error}");
     }
+}
+
+/// Light bends where it enters the sea, and so does the shadow of what hangs above it.
+#[test]
+fn shadows_bend_into_the_sea() {
+    let gpu = kit::gpu();
+    let bed = sheet(Vec3::new(-40.0, -10.0, -40.0), 80.0 * Vec3::Z, 80.0 * Vec3::X);
+    let roof = sheet(Vec3::new(-1.0, 10.0, -1.0), 2.0 * Vec3::Z, 2.0 * Vec3::X);
+    let mut scene = sun(with(empty(&gpu), vec![(bed, grey(0.5)), (roof, grey(0.0))]), 45.0, PI as f32);
+    (scene.ground.sea_level, scene.sea.level, scene.sea.attenuation) = (0.0, 0.0, [0.0; 3]);
+    let seen = |z| radiance(&gpu, &scene, 2, Vec3::new(0.0, -1.0, z), Vec3::new(0.0, -10.0, z));
+    // Snell's law and Fresnel's equations for unpolarised light.
+    let (index, above) = (1.34, FRAC_1_SQRT_2);
+    let sine = above / index;
+    let below = (1.0 - sine * sine).sqrt();
+    let across = (above - index * below) / (above + index * below);
+    let along = (index * above - below) / (index * above + below);
+    let passes = 1.0 - (across * across + along * along) / 2.0;
+    let tangent = (sine / below) as f32;
+    let (shadow, error) = seen(-10.0 - 10.0 * tangent);
+    assert!(shadow <= 3.0 * error + 1e-4, "{shadow} ± {error}");
+    // Where the shadow would be if the light had come all the way as it goes in the water.
+    assert_radiance(seen(-20.0 * tangent), 0.5 * above * passes);
 }

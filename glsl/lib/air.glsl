@@ -3,6 +3,8 @@
 #ifndef AIR_GLSL
 #define AIR_GLSL
 
+#include "lib/luminance.glsl"
+
 // Length of a path through a layer of density exp(−y/scale), in metres of air at the datum.
 float air_column(float from_height, float to_height, float path, float scale) {
     float fall = (to_height - from_height) / scale;
@@ -26,7 +28,7 @@ Veil veil_of(float from_height, vec3 view, float path) {
                + frame.haze_extinction * air_column(from_height, to_height, path, frame.haze_height);
     vec3 transmittance = exp(-depth);
     vec3 horizon = sky_radiance(normalize(vec3(view.x, 0.02 * length(view.xz), view.z)));
-    vec3 once = vec3(dot(horizon, vec3(0.2126, 0.7152, 0.0722)));
+    vec3 once = vec3(luminance(horizon));
     return Veil(transmittance, (1.0 - transmittance) * mix(horizon, once, transmittance.g));
 }
 

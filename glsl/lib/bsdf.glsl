@@ -2,6 +2,7 @@
 #ifndef BSDF_GLSL
 #define BSDF_GLSL
 
+#include "lib/ggx.glsl"
 #include "lib/pi.glsl"
 #include "lib/schlick.glsl"
 
@@ -32,11 +33,9 @@ float largest(vec3 v) {
     return max(v.x, max(v.y, v.z));
 }
 
-// Facets' density over directions, weighted with the normal's cosine (GGX: Walter et al. 2007).
+// Density of the coat's facets with the normal `m`.
 float facets(float width, vec3 m) {
-    float square = width * width;
-    float spread = m.z * m.z * (square - 1.0) + 1.0;
-    return square / (PI * spread * spread);
+    return ggx(width * width, m.z);
 }
 
 // Of Smith's shadowing: G₁ = 1/(1 + Λ).

@@ -7,7 +7,7 @@
 #include "lib/path.glsl"
 #include "lib/tree.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 layout(binding = 2) uniform usamplerBuffer placements;
 
@@ -33,24 +33,24 @@ Hit trace(vec3 origin, vec3 direction, float reach, const bool any_);
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.turn].paths) return;
+    if (slot >= turns[push.turn].paths.paths) return;
     uint index = queue[slot];
     Path path = paths[index];
     // The sea is flat and ends nowhere near. A path starts off it, on its own side.
     float to_sea = (push.sea_level - path.origin.y) / path.direction.y;
     bool meets_sea = to_sea > 0.0 && to_sea < HORIZON && (path.medium == WATER) == (path.direction.y > 0.0);
-    Hit hit = trace(path.origin, path.direction, meets_sea ? to_sea : 1e30, false);
+    Hit hit = trace(path.origin, path.direction, meets_sea ? to_sea : ENDLESS, false);
     hits[index] = hit;
     if (hit.triangle == NOTHING) {
         if (meets_sea) {
-            sea[atomicAdd(turns[push.turn].sea, 1u)] = index;
+            ENQUEUE(sea, turns[push.turn].sea, index)
         } else {
-            escaped[atomicAdd(turns[push.turn].escaped, 1u)] = index;
+            ENQUEUE(escaped, turns[push.turn].escaped, index)
         }
     } else if (placement_at(hit.placement).object == 0u) {
-        land[atomicAdd(turns[push.turn].land, 1u)] = index;
+        ENQUEUE(land, turns[push.turn].land, index)
     } else {
-        models[atomicAdd(turns[push.turn].models, 1u)] = index;
+        ENQUEUE(models, turns[push.turn].models, index)
     }
 }
 

@@ -2,6 +2,7 @@
 #ifndef GLOSS_GLSL
 #define GLOSS_GLSL
 
+#include "lib/ggx.glsl"
 #include "lib/schlick.glsl"
 
 // Share of light from all sides that the layer mirrors: a rough layer mirrors little at grazing angles, for its facets hide each other there
@@ -26,9 +27,7 @@ float highlight(Material material, vec3 normal, vec3 eye, vec3 light, float foot
     // are finer than a sample glitter.
     width = max(width, 0.45 * smoothstep(0.0, 0.03, footprint));
     float square = width * width;
-    float towards = dot(normal, middle);
-    float spread = towards * towards * (square - 1.0) + 1.0;
-    float density = square / (PI * spread * spread);
+    float density = ggx(square, dot(normal, middle));
     // G/(4 cos cos), both sides' shadowing in one (Heitz 2014).
     float shadowing = 0.5 / (to_eye * sqrt(square + (1.0 - square) * to_light * to_light)
                              + to_light * sqrt(square + (1.0 - square) * to_eye * to_eye));

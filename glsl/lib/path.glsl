@@ -21,9 +21,13 @@ const uint WATER = 1u;
 struct Look {
     vec3 origin;
     vec3 direction;
-    vec3 radiance;       // if it is not
+    float reach;         // to the surface of the sea; ENDLESS in the air
+    vec3 above;          // direction from there on
+    vec3 radiance;       // if it is not hidden
     uint path;
 };
+
+const float ENDLESS = 1e30;
 
 // What the eye sees first.
 struct Feature {
@@ -34,20 +38,39 @@ struct Feature {
     uint object;         // as in Placement
 };
 
-// How many paths are at work in a turn, and what becomes of them.
-struct Turn {
+// Paths that a workgroup serves.
+const uint GROUP = 64u;
+
+// How many wait in a queue, and the workgroups that serve them: an indirect dispatch reads these. Exactly as many lanes run as there is
+// work for: a device in software computes idle ones to their end.
+struct Waiting {
     uint paths;
-    uint escaped;
-    uint land;           // how many meet it
-    uint models;
-    uint sea;
-    uint looks;
+    uvec3 groups;
 };
 
-// What the programs that turn paths are to do.
+const Waiting NONE = Waiting(0u, uvec3(0u, 1u, 1u));
+
+#define ENQUEUE(queue, waiting, index)                                  \
+    {                                                                   \
+        uint place = atomicAdd(waiting.paths, 1u);                      \
+        if (place % GROUP == 0u) atomicAdd(waiting.groups.x, 1u);       \
+        queue[place] = index;                                           \
+    }
+
+// The paths that are at work in a turn, and what becomes of them.
+struct Turn {
+    Waiting paths;
+    Waiting escaped;
+    Waiting land;
+    Waiting models;
+    Waiting sea;
+    Waiting looks;
+};
+
 // Distance beyond which the sea is not seen, metres.
 const float HORIZON = 1e6;
 
+// What the programs that turn paths are to do.
 struct Work {
     uint seed;
     uint index;          // of the sample

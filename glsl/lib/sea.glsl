@@ -2,6 +2,7 @@
 #ifndef SEA_GLSL
 #define SEA_GLSL
 
+#include "lib/schlick.glsl"
 #include "lib/water.glsl"
 
 const float NORMAL_REFLECTANCE = 0.02112;  // ((1.34 − 1)/(1.34 + 1))²
@@ -13,11 +14,8 @@ float mean_fresnel(float cosine, float deviation) {
     return NORMAL_REFLECTANCE + (1.0 - NORMAL_REFLECTANCE) * grazing;
 }
 
-// Schlick 1994.
 float fresnel(float cosine) {
-    float grazing = max(1.0 - cosine, 0.0);
-    float square = grazing * grazing;
-    return NORMAL_REFLECTANCE + (1.0 - NORMAL_REFLECTANCE) * square * square * grazing;
+    return schlick_from(NORMAL_REFLECTANCE, cosine);
 }
 
 struct Ripples {

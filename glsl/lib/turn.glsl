@@ -3,7 +3,9 @@
 #define TURN_GLSL
 
 #include "lib/bsdf.glsl"
+#include "lib/fresnel.glsl"
 #include "lib/hit.glsl"
+#include "lib/luminance.glsl"
 #include "lib/path.glsl"
 #include "lib/sampler.glsl"
 #include "lib/sky.glsl"
@@ -22,10 +24,6 @@ layout(binding = 8, scalar) readonly buffer Dome { float dome[]; };
 layout(push_constant, scalar) uniform Push { Work work; } push;
 
 #include "lib/dome.glsl"
-
-float luminance(vec3 color) {
-    return dot(color, vec3(0.2126, 0.7152, 0.0722));
-}
 
 float sun_solid_angle() {
     // 2π(1 − cos r), without the difference.
@@ -61,19 +59,11 @@ vec3 start(vec3 point, vec3 outward, vec3 direction) {
     return point + (dot(outward, direction) > 0.0 ? off : -off) * outward;
 }
 
-// Fresnel's reflectance of unpolarised light that comes at `cosine` into what is `index` times as dense.
-float fresnel_dielectric(float cosine, float index) {
-    float sine = 1.0 - (1.0 - cosine * cosine) / (index * index);
-    if (sine <= 0.0) return 1.0;
-    float inside = sqrt(sine);
-    float parallel = (index * cosine - inside) / (index * cosine + inside);
-    float across = (cosine - index * inside) / (cosine + index * inside);
-    return 0.5 * (parallel * parallel + across * across);
-}
-
 // A light that is looked for, seen from a place in the air or through the flat surface of the sea.
 struct Light {
     vec3 direction;   // at the place
+    vec3 above;       // in the air
+    float reach;      // from the place to the surface of the sea; ENDLESS in the air
     vec3 radiance;    // that arrives there, over the density of `direction` there
     float density;    // in the measure of directions in the air, with what gets through the surface
     float measure;    // density of directions in the air over that at the place
@@ -85,8 +75,9 @@ Light through_sea(vec3 direction, vec3 radiance, float density, float deep) {
     vec3 inside = -refract(-direction, vec3(0.0, 1.0, 0.0), 1.0 / REFRACTIVE_INDEX);
     float passes = 1.0 - fresnel_dielectric(direction.y, REFRACTIVE_INDEX);
     float measure = passes * direction.y / (REFRACTIVE_INDEX * REFRACTIVE_INDEX * inside.y);
-    vec3 left = exp(-frame.attenuation * (deep / inside.y));
-    return Light(inside, radiance * left * passes * direction.y / inside.y / density, density, measure);
+    float reach = deep / inside.y;
+    vec3 left = exp(-frame.attenuation * reach);
+    return Light(inside, direction, reach, radiance * left * passes * direction.y / inside.y / density, density, measure);
 }
 
 // One of the lights, by chance: the sun or a place in the sky. No density if there is none.
@@ -116,9 +107,9 @@ Light find_light(uint index, Path path, float height_) {
     // From above the sea hides what is below the horizon; from below the way through it is one more turn.
     bool hidden = path.medium == WATER ? direction.y <= 0.0 || push.work.turn + 2u > push.work.bounces
                                        : direction.y < 0.0 && (push.work.sea_level - height_) / direction.y < HORIZON;
-    if (density <= 0.0 || hidden) return Light(vec3(0.0), vec3(0.0), 0.0, 1.0);
+    if (density <= 0.0 || hidden) return Light(vec3(0.0), vec3(0.0), ENDLESS, vec3(0.0), 0.0, 1.0);
     if (path.medium == WATER) return through_sea(direction, radiance, density, max(frame.sea_level - height_, 0.0));
-    return Light(direction, radiance / density, density, 1.0);
+    return Light(direction, direction, ENDLESS, radiance / density, density, 1.0);
 }
 
 // Looks whether the light is hidden. `value` of it leaves towards the path, which finds it itself with the density `scattering`.
@@ -127,7 +118,7 @@ void look(uint index, Path path, vec3 origin, Light light, vec3 value, float sca
     float balance = light.density / (light.density + scattering * light.measure);
     vec3 seen = path.throughput * value * light.radiance * balance;
     if (seen == vec3(0.0)) return;
-    looks[atomicAdd(turns[push.work.turn].looks, 1u)] = Look(origin, light.direction, seen, index);
+    ENQUEUE(looks, turns[push.work.turn].looks, (Look(origin, light.direction, light.reach, light.above, seen, index)))
 }
 
 // Takes what the air or the water does to the path on its way to `hit`; returns where it has come to. What the path has
@@ -162,7 +153,7 @@ void go_on(uint index, Path path) {
         path.throughput /= survives;
     }
     paths[index] = path;
-    next[atomicAdd(turns[push.work.turn + 1u].paths, 1u)] = index;
+    ENQUEUE(next, turns[push.work.turn + 1u].paths, index)
 }
 
 #endif

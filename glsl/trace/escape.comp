@@ -6,7 +6,7 @@
 #include "lib/frame.glsl"
 #include "lib/turn.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 #include "lib/texture.glsl"
 #include "lib/clouds.glsl"
@@ -27,13 +27,12 @@ vec3 beyond(Path path) {
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.work.turn].escaped) return;
+    if (slot >= turns[push.work.turn].escaped.paths) return;
     uint index = queue[slot];
     Path path = paths[index];
     if (push.work.turn == 0u) features[index] = Feature(vec3(0.0), vec3(0.0), vec3(0.0), 0.0, 0u);
     if (path.medium == WATER) {
         // Beyond the land's skirt the sea has no bottom: only its own light comes from there.
-        const float ENDLESS = 1e30;
         Hit hit = hits[index];
         hit.range = ENDLESS;
         arrive(index, path, hit);

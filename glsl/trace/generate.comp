@@ -7,7 +7,7 @@
 #include "lib/path.glsl"
 #include "lib/sampler.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 layout(binding = 1, scalar) writeonly buffer Paths { Path paths[]; };
 layout(binding = 2, scalar) writeonly buffer Queue { uint queue[]; };
@@ -32,8 +32,8 @@ vec2 tent(vec2 u) {
 
 void main() {
     int slot = int(gl_GlobalInvocationID.x);
-    if (slot == 0) turns[0] = Turn(uint(push.count), 0u, 0u, 0u, 0u, 0u);
-    if (slot > 0 && slot < turns.length()) turns[slot] = Turn(0u, 0u, 0u, 0u, 0u, 0u);
+    if (slot < turns.length()) turns[slot] = Turn(NONE, NONE, NONE, NONE, NONE, NONE);
+    if (slot == 0) turns[0].paths = Waiting(uint(push.count), uvec3((uint(push.count) + GROUP - 1u) / GROUP, 1u, 1u));
     if (slot >= push.count) return;
     int pixel = push.first + slot;
     ivec2 at = push.origin + ivec2(pixel % push.columns, pixel / push.columns);

@@ -8,7 +8,7 @@
 #include "lib/spot.glsl"
 #include "lib/tree.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 layout(binding = 9) uniform usamplerBuffer triangles;
 layout(binding = 10, r32f) uniform readonly image2D height;
@@ -67,7 +67,7 @@ mat3 corners_of(uint number) {
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.work.turn].land) return;
+    if (slot >= turns[push.work.turn].land.paths) return;
     uint index = queue[slot];
     Path path = paths[index];
     Hit hit = hits[index];

@@ -10,7 +10,7 @@
 #include "lib/material.glsl"
 #include "lib/octahedron.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 layout(binding = 9) uniform usamplerBuffer triangles;
 layout(binding = 10, scalar) readonly buffer Coats { uint coats[]; };   // of triangles: indices into the materials
@@ -36,7 +36,7 @@ Spot spot_on_model(Material material, Placement place, vec3 point, vec3 outward,
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.work.turn].models) return;
+    if (slot >= turns[push.work.turn].models.paths) return;
     uint index = queue[slot];
     Path path = paths[index];
     Hit hit = hits[index];

@@ -5,15 +5,9 @@
 
 #include "lib/sampler.glsl"
 #include "lib/bsdf.glsl"
+#include "lib/trial.glsl"
 
 layout(local_size_x = 64) in;
-
-// One direction of light, in the frame of the normal.
-struct Trial {
-    vec3 direction;
-    float density;   // 1/sr
-    vec3 value;      // times cosine; over density, where the direction is chosen here
-};
 
 layout(binding = 0, scalar) buffer Trials { Trial trials[]; };
 

@@ -7,7 +7,7 @@
 #include "lib/turn.glsl"
 #include "lib/spot.glsl"
 
-layout(local_size_x = 64) in;
+layout(local_size_x = GROUP) in;
 
 layout(binding = 9, r32f) uniform readonly image2D height;
 layout(binding = 10, r32f) uniform readonly image2D surf;
@@ -16,40 +16,8 @@ layout(binding = 10, r32f) uniform readonly image2D surf;
 #include "lib/fields.glsl"
 #include "lib/texture.glsl"
 #include "lib/sea.glsl"
+#include "lib/waves.glsl"
 #include "lib/foam.glsl"
-
-// What waves mirror: facets round the normal of those that a sample can tell apart, in whose frame the path leaves towards `v`.
-// Light that a facet sends down meets another wave and is taken to come up, as if it had been mirrored by the level sea.
-struct Waves {
-    mat3 axes;
-    vec3 v;
-    float width;
-};
-
-// How often a path is mirrored by a facet that mirrors this share of light: more often than that, for the sky is brighter
-// than the deep.
-float mirrored_share(float fresnel) {
-    const float BRIGHTER = 8.0;
-    return BRIGHTER * fresnel / (BRIGHTER * fresnel + 1.0 - fresnel);
-}
-
-// Value times cosine for light from `l`, and the density with which paths take it.
-vec2 mirrored_by_facets(Waves waves, vec3 l) {
-    vec3 local = l * waves.axes;
-    vec3 sum = waves.v + local;
-    if (sum.z <= 0.0) return vec2(0.0);
-    vec3 m = normalize(sum);
-    float facing = dot(waves.v, m);
-    if (facing <= 0.0) return vec2(0.0);
-    float fresnel = fresnel_dielectric(facing, REFRACTIVE_INDEX);
-    return vec2(fresnel, mirrored_share(fresnel)) * mirror_density(waves.width, waves.v, m);
-}
-
-// The same of all facets together, for light from above the sea.
-vec2 mirrored_by_waves(Waves waves, vec3 l) {
-    if (l.y <= 0.0) return vec2(0.0);
-    return mirrored_by_facets(waves, l) + mirrored_by_facets(waves, vec3(l.x, -l.y, l.z));
-}
 
 // A path at the sea's surface. Coming from above it meets waves, some of which a sample can tell apart; from below the
 // surface is flat, as for light that is looked for through it.
@@ -72,13 +40,7 @@ void cross_sea(uint index, inout Path path, vec3 point, float footprint) {
         return;
     }
     Ripples found = ripples(point.xz, footprint);
-    Waves waves;
-    waves.axes = frame_of(normalize(vec3(-found.slope.x, 1.0, -found.slope.y)));
-    waves.v = -view * waves.axes;
-    waves.v.z = max(waves.v.z, 0.02);
-    waves.v = normalize(waves.v);
-    // α of Beckmann's facets is √2 times the deviation of their slopes.
-    waves.width = clamp(1.414 * found.deviation, 0.002, 0.5);
+    Waves waves = waves_of(found.slope, found.deviation, view);
 
     float sky = frame.sky == SKY_NONE ? 0.0 : 0.05 * luminance(sky_irradiance(vec3(0.0, 1.0, 0.0)));
     float sun = luminance(frame.sun_irradiance) * mirrored_by_waves(waves, frame.sun_direction).x;
@@ -87,29 +49,17 @@ void cross_sea(uint index, inout Path path, vec3 point, float footprint) {
     vec2 value = mirrored_by_waves(waves, light.direction);
     look(index, path, path.origin, light, vec3(value.x), value.y);
 
-    vec3 facet = visible_facet(waves.width, waves.v, u.xy);
-    float fresnel = fresnel_dielectric(dot(waves.v, facet), REFRACTIVE_INDEX);
-    float share = mirrored_share(fresnel);
-    if (u.z < share) {
-        path.direction = waves.axes * reflect(-waves.v, facet);
-        path.direction.y = max(abs(path.direction.y), 1e-5);
-        vec2 found = mirrored_by_waves(waves, path.direction);
-        path.density = found.y;
-        path.throughput *= found.y > 0.0 ? found.x / found.y : 0.0;
-        return;
-    }
-    path.throughput *= (1.0 - fresnel) / (1.0 - share);
-    vec3 below = waves.axes * refract(-waves.v, facet, 1.0 / REFRACTIVE_INDEX);
-    below.y = min(below.y, -1e-2);
-    path.direction = normalize(below);
-    path.throughput /= REFRACTIVE_INDEX * REFRACTIVE_INDEX;
-    path.density = 0.0;
-    path.medium = WATER;
+    Crossing way = cross_waves(waves, u);
+    path.direction = way.direction;
+    path.density = way.density;
+    path.throughput *= way.weight;
+    if (way.medium == WATER) path.throughput /= REFRACTIVE_INDEX * REFRACTIVE_INDEX;
+    path.medium = way.medium;
 }
 
 void main() {
     uint slot = gl_GlobalInvocationID.x;
-    if (slot >= turns[push.work.turn].sea) return;
+    if (slot >= turns[push.work.turn].sea.paths) return;
     uint index = queue[slot];
     Path path = paths[index];
     Hit hit = hits[index];

@@ -5,7 +5,7 @@ use crate::core::grid::Grid;
 use crate::core::memory::{Memory, mebibytes, total};
 use crate::gpu::{self, DeviceKind, Gpu};
 use crate::raster::{self, Quality};
-use crate::scene::Film;
+use crate::scene::{Film, Sky};
 use crate::terrain::Plan;
 use crate::trace;
 use crate::world::Renderer;
@@ -13,33 +13,34 @@ use std::fmt::{self, Display, Formatter};
 
 /// What a run makes of the land.
 #[derive(Clone, Copy)]
-pub enum Goal {
+pub enum Goal<'a> {
     Picture {
         film: Film,
+        sky: &'a Sky,
         /// Whether plants are in it.
         planted: bool,
         /// Memory of their models, as far as it is known: it shows when they have grown, bytes.
         models: u64,
         renderer: Renderer,
     },
-    Layers(Layers),
+    Layers(Layers<'a>),
 }
 
 /// What layers take beside the simulation.
 #[derive(Clone, Copy)]
-pub struct Layers {
-    pub source: Source,
+pub struct Layers<'a> {
+    pub source: Source<'a>,
     /// Host memory of the largest file while it is made, bytes.
     pub file: u64,
 }
 
 /// Where layers come from.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Source {
+#[derive(Clone, Copy)]
+pub enum Source<'a> {
     /// The simulation alone.
     Simulation,
-    /// The renderer draws some.
-    Renderer,
+    /// The renderer draws some, under this sky.
+    Renderer(&'a Sky),
 }
 
 /// Memory of a run by what it holds. On the device it goes in phases: the picture is drawn when the simulation is gone.
@@ -84,6 +85,19 @@ impl Limits {
     }
 }
 
+impl Goal<'_> {
+    /// Memory of the host that maps and the picture of the sky take since the world was read, bytes.
+    fn read(&self, plan: &Plan) -> u64 {
+        let sky = match self {
+            Goal::Picture { sky, .. } | Goal::Layers(Layers { source: Source::Renderer(sky), .. }) => {
+                sky.bytes()
+            }
+            Goal::Layers(Layers { source: Source::Simulation, .. }) => 0,
+        };
+        plan.map_bytes() + sky
+    }
+}
+
 impl Needs {
     pub fn of(plan: &Plan, goal: &Goal) -> Self {
         let samples = plan.grid.samples() as u64;
@@ -92,17 +106,17 @@ impl Needs {
         // The widest image on its way: controls to the device, what is kept for later runs from it.
         let mut host = vec![Memory { name: "copies", bytes: 16 * samples }];
         match goal {
-            Goal::Picture { film, planted, models, renderer: Renderer::Trace } => {
+            Goal::Picture { film, sky, planted, models, renderer: Renderer::Trace } => {
                 picture.push(plan.land_memory());
-                picture.extend(trace::memory::picture(plan.grid, film));
+                picture.extend(trace::memory::picture(plan.grid, film, sky));
                 if *planted && *models > 0 {
                     picture.push(Memory { name: "models", bytes: *models });
                 }
                 host.extend(trace::memory::host(plan.grid, film));
             }
-            Goal::Picture { film, planted, models, renderer: Renderer::Raster } => {
+            Goal::Picture { film, sky, planted, models, renderer: Renderer::Raster } => {
                 picture.push(plan.land_memory());
-                picture.extend(raster::memory::picture(plan.grid, film, Quality::default()));
+                picture.extend(raster::memory::picture(plan.grid, film, sky, Quality::default()));
                 if *planted {
                     picture.extend(raster::memory::plants(plan.grid, film, Quality::default()));
                     if *models > 0 {
@@ -112,22 +126,22 @@ impl Needs {
                 host.push(Memory { name: "picture", bytes: picture_bytes(film) });
             }
             Goal::Layers(Layers { source, file }) => {
-                if *source == Source::Renderer {
-                    land.extend(raster::memory::maps(plan.grid));
+                if let Source::Renderer(sky) = source {
+                    land.extend(raster::memory::maps(plan.grid, sky));
                 }
                 host.push(Memory { name: "file", bytes: *file });
             }
         }
-        let maps = plan.map_bytes();
-        if maps > 0 {
-            host.push(Memory { name: "maps", bytes: maps });
+        host.push(Memory { name: "maps", bytes: goal.read(plan) });
+        for parts in [&mut picture, &mut host] {
+            parts.retain(|part| part.bytes > 0);
         }
         Self { land, picture, host }
     }
 }
 
 /// Refuses a run that needs more than there is: with what it needs it for, and the largest grid that would do.
-pub fn check(plan: &Plan, goal: impl Fn(&Plan) -> Goal, limits: &Limits) -> Result<(), Error> {
+pub fn check<'a>(plan: &Plan, goal: impl Fn(&Plan) -> Goal<'a>, limits: &Limits) -> Result<(), Error> {
     let cells = plan.grid.cells;
     if let Some(most) = limits.side.filter(|most| cells > *most) {
         let reason = format!("terrain.cells is {cells}, and its images have at most {most} samples a side");
@@ -142,7 +156,7 @@ pub fn check(plan: &Plan, goal: impl Fn(&Plan) -> Goal, limits: &Limits) -> Resu
 }
 
 /// Most cells that the world could have within the limits.
-pub fn largest_grid(plan: &Plan, goal: impl Fn(&Plan) -> Goal, limits: &Limits) -> Option<u32> {
+pub fn largest_grid<'a>(plan: &Plan, goal: impl Fn(&Plan) -> Goal<'a>, limits: &Limits) -> Option<u32> {
     const FEWEST: u32 = 64;
     const MOST: u32 = 8192;
 
@@ -178,8 +192,8 @@ fn excess(plan: &Plan, goal: &Goal, limits: &Limits) -> Option<Excess> {
     if limits.shared {
         host.push(Memory { name: "device", bytes: total(&land).max(total(&picture)) });
     }
-    // The maps have been read: what is free doesn't count them.
-    let free = limits.host.map(|free| free.saturating_add(plan.map_bytes()));
+    // They have been read: what is free doesn't count them.
+    let free = limits.host.map(|free| free.saturating_add(goal.read(plan)));
     let raise = ", or raise --memory-limit";
     let smaller = " or the picture's size, or raise --memory-limit";
     let rows = [
@@ -241,18 +255,23 @@ fn picture_bytes(film: &Film) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::ToneMap;
+    use crate::scene::{SkyMap, ToneMap};
     use crate::world::{self, Overrides};
     use std::path::Path;
+    use std::sync::Arc;
 
     fn plan(cells: u32) -> Plan {
         let text = format!("format = 1\nterrain.cells = {cells}");
         world::parse("test.toml", text.as_bytes(), Path::new(""), &Overrides::default()).unwrap().plan
     }
 
-    fn picture(_: &Plan) -> Goal {
+    fn picture(_: &Plan) -> Goal<'static> {
+        under(&Sky::None)
+    }
+
+    fn under(sky: &Sky) -> Goal<'_> {
         let film = Film { width: 1280, height: 720, exposure: 1.0, tone_map: ToneMap::None };
-        Goal::Picture { film, planted: false, models: 0, renderer: Renderer::Raster }
+        Goal::Picture { film, sky, planted: false, models: 0, renderer: Renderer::Raster }
     }
 
     fn refusal(plan: &Plan, limits: Limits) -> Option<String> {
@@ -284,6 +303,22 @@ mod tests {
         let message = refusal(&plan(4097), limits).unwrap();
         assert!(message.contains("at most 4096 samples a side"), "{message}");
         assert_eq!(largest_grid(&plan(64), picture, &limits), Some(4096));
+    }
+
+    #[test]
+    fn a_picture_of_the_sky_counts() {
+        let texels = vec![[1.0; 3]; 1 << 21];
+        let sky = Sky::Map(Arc::new(SkyMap { width: 2048, height: 1024, texels, rotation: 0.0 }));
+        for renderer in [Renderer::Raster, Renderer::Trace] {
+            let needed = |sky| {
+                let Goal::Picture { film, planted, models, .. } = under(sky) else { unreachable!() };
+                let goal = Goal::Picture { film, sky, planted, models, renderer };
+                let Needs { picture, host, .. } = Needs::of(&plan(256), &goal);
+                [total(&picture), total(&host)]
+            };
+            let [device, host] = [0, 1].map(|kind| needed(&sky)[kind] - needed(&Sky::None)[kind]);
+            assert!(device >= 24 << 20 && host == 24 << 20, "{device} {host}");
+        }
     }
 
     #[test]

@@ -14,6 +14,7 @@ use super::{
     submission::{Stamp, Submission},
 };
 use ash::vk;
+use bytemuck::Pod;
 use std::{
     collections::HashMap,
     ffi::CString,
@@ -111,13 +112,49 @@ impl Recorder {
     ) {
         let [x, y, _] = S::WORKGROUP;
         let groups = [size[0].div_ceil(x), size[1].div_ceil(y)];
-        let raw = pass.raw().clone();
-        self.traffic += traffic(S::BINDINGS, &bindings.resources());
-        self.pass(S::NAME, |rec| {
-            rec.bind::<S>(vk::PipelineBindPoint::COMPUTE, &raw, &push, &bindings)?;
+        self.compute(pass, &push, &bindings, |rec| {
             // SAFETY: pipeline, set and push constants of this shader are bound.
             unsafe { rec.device().cmd_dispatch(rec.command, groups[0], groups[1], 1) };
             Ok(())
+        });
+    }
+
+    /// Runs a compute shader on as many workgroups as three numbers in `counts` say by then: passes before it write them. They begin at
+    /// byte `offset`, a multiple of 4.
+    pub fn dispatch_indirect<S: ComputeInterface, T: Pod>(
+        &mut self,
+        pass: &Compute<S>,
+        (counts, offset): (&Buffer<T>, usize),
+        push: S::Push,
+        bindings: S::Bindings<'_>,
+    ) {
+        let (counts, offset) = (counts.raw().clone(), offset as u64);
+        let end = offset + size_of::<vk::DispatchIndirectCommand>() as u64;
+        self.compute(pass, &push, &bindings, |rec| {
+            if offset % 4 != 0 || end > counts.bytes {
+                return Err(Error::Unsupported(format!("counts at {offset} of {} bytes", counts.bytes)));
+            }
+            // SAFETY: pipeline, set and push constants of this shader are bound; the counts lie within their buffer, which
+            // the recorder holds, and the barrier before the pass makes them visible.
+            unsafe { rec.device().cmd_dispatch_indirect(rec.command, counts.buffer, offset) };
+            rec.hold(counts);
+            Ok(())
+        });
+    }
+
+    /// A pass that runs a compute shader: all that it needs is bound when `dispatch` is called.
+    fn compute<S: ComputeInterface>(
+        &mut self,
+        pass: &Compute<S>,
+        push: &S::Push,
+        bindings: &S::Bindings<'_>,
+        dispatch: impl FnOnce(&mut Recorder) -> Result<()>,
+    ) {
+        let raw = pass.raw().clone();
+        self.traffic += traffic(S::BINDINGS, &bindings.resources());
+        self.pass(S::NAME, |rec| {
+            rec.bind::<S>(vk::PipelineBindPoint::COMPUTE, &raw, push, bindings)?;
+            dispatch(rec)
         });
         self.hold(raw);
     }

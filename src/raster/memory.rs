@@ -1,17 +1,17 @@
 //! Device memory of a picture, before any device is asked.
 
 use super::population::{canopy, cast, shapes};
-use super::{Quality, exposure, patches};
+use super::{Quality, patches};
 use crate::core::{grid::Grid, memory::Memory};
-use crate::scene::{Film, Population};
+use crate::scene::{Film, Population, Shelter, Sky, panorama_memory, shelter};
 use crate::shaders::Patch;
 
 /// What [`super::Renderer::begin`] and [`super::Drawing::step`] need beside the ground itself.
-pub fn picture(grid: Grid, film: &Film, quality: Quality) -> Vec<Memory> {
+pub fn picture(grid: Grid, film: &Film, sky: &Sky, quality: Quality) -> Vec<Memory> {
     let [width, height] = [film.width, film.height].map(|side| u64::from(side.min(quality.tile)));
     let pixels = width * height;
     let samples = pixels * u64::from(quality.samples).pow(2);
-    let mut parts = light(grid);
+    let mut parts = light(grid, sky);
     // Distance and radiance of every sample; every pixel, and its copy for the host.
     parts.push(Memory { name: "tile", bytes: samples * (4 + 16) + pixels * 2 * 16 });
     parts
@@ -38,18 +38,19 @@ pub fn models(population: &Population) -> Memory {
 }
 
 /// What [`super::Renderer::maps`] needs beside the ground itself.
-pub fn maps(grid: Grid) -> Vec<Memory> {
-    let mut parts = light(grid);
+pub fn maps(grid: Grid, sky: &Sky) -> Vec<Memory> {
+    let mut parts = light(grid, sky);
     parts.push(Memory { name: "maps", bytes: grid.samples() as u64 * (4 + 16 + 16 + 4) });
     parts
 }
 
-fn light(grid: Grid) -> Vec<Memory> {
-    let texels = u64::from(exposure::side(grid)).pow(2);
+fn light(grid: Grid, sky: &Sky) -> Vec<Memory> {
+    let texels = u64::from(shelter::side(grid)).pow(2);
     let patches = u64::from(patches::side(grid)).pow(2);
     vec![
-        // Shadow, openness, surf and glow.
-        Memory { name: "light", bytes: texels * (8 + 4 + 4 + 16) },
+        // Shadow and glow.
+        Memory { name: "light", bytes: Shelter::bytes(grid) + texels * (8 + 16) },
+        panorama_memory(sky),
         Memory { name: "patches", bytes: patches * size_of::<Patch>() as u64 },
     ]
 }

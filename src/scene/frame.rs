@@ -3,6 +3,7 @@
 use super::dome::sky_irradiance;
 use super::{Air, ByHeight, Film, Light, Mixture, Perez, Scene, Sky, Snow, Sun, Surface};
 use crate::core::camera::Pinhole;
+use crate::core::memory::Memory;
 use crate::gpu::{self, Buffer, Gpu, Recorder};
 use crate::shaders::{self, Frame};
 
@@ -124,6 +125,11 @@ pub fn panorama(gpu: &Gpu, sky: &Sky) -> gpu::Result<Buffer<[f32; 3]>> {
     rec.upload(&buffer, texels);
     rec.submit()?.wait()?;
     Ok(buffer)
+}
+
+/// What [`panorama`] needs on the device: the texels, and their copy on its way.
+pub fn panorama_memory(sky: &Sky) -> Memory {
+    Memory { name: "sky", bytes: 2 * sky.bytes() }
 }
 
 // The values that glsl/lib/frame.glsl gives them.

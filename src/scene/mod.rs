@@ -9,6 +9,7 @@ mod model;
 mod path;
 mod perez;
 mod picture;
+pub mod shelter;
 mod sky_map;
 mod stand;
 
@@ -18,13 +19,14 @@ use std::sync::Arc;
 use crate::core::grid::Grid;
 use crate::gpu::{Image, format::R32f};
 
-pub use frame::{frame, light_frame, panorama};
+pub use frame::{frame, light_frame, panorama, panorama_memory};
 pub use hosek_wilkie::HosekWilkie;
 pub use material::Material;
 pub use model::{Instance, Level, Model, Part, Population};
 pub use path::{CameraPath, Keyframe};
 pub use perez::Perez;
 pub use picture::Picture;
+pub use shelter::Shelter;
 pub use sky_map::SkyMap;
 pub use stand::{Place, Stand, Viewpoint};
 
@@ -79,6 +81,16 @@ pub enum Sky {
     HosekWilkie(HosekWilkie),
     /// A picture of the whole sky.
     Map(Arc<SkyMap>),
+}
+
+impl Sky {
+    /// Memory of the texels of a picture, bytes; 0 of other skies.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Sky::Map(map) => size_of_val(map.texels.as_slice()) as u64,
+            _ => 0,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use std::f64::consts::PI;
+use std::fmt::{self, Debug, Formatter};
 
 /// Radiance from everywhere by latitude and longitude: the first row straight up, the last straight down, columns clockwise.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct SkyMap {
     /// Texels along a row.
     pub width: u32,
@@ -14,6 +15,14 @@ pub struct SkyMap {
     pub texels: Vec<[f32; 3]>,
     /// Where the left edge lies, clockwise from north, radians.
     pub rotation: f64,
+}
+
+/// Without its millions of texels.
+impl Debug for SkyMap {
+    fn fmt(&self, out: &mut Formatter) -> fmt::Result {
+        let SkyMap { width, height, texels: _, rotation } = self;
+        write!(out, "SkyMap {{ {width} × {height}, rotation {rotation:?} }}")
+    }
 }
 
 impl SkyMap {

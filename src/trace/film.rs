@@ -1,5 +1,6 @@
 //! What samples have gathered: exact sums, whatever their order.
 
+use crate::core::color::luminance;
 use crate::scene::{Film, Picture};
 use crate::shaders::Pixel;
 use serde::{Deserialize, Serialize};
@@ -357,10 +358,6 @@ fn mean(sum: i64, samples: u32) -> f32 {
 
 fn mean_length(sum: i64, samples: u32) -> f32 {
     (sum as f64 / (STEPS_IN_METRE * f64::from(samples.max(1)))) as f32
-}
-
-fn luminance([red, green, blue]: [f32; 3]) -> f32 {
-    0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 
 /// Half of how far the means of even and of odd samples differ: about the standard error of the mean of all.

@@ -1,13 +1,13 @@
 //! Memory of a traced picture, before any device is asked.
 
-use super::film::Block;
+use super::{film::Block, sky};
 use crate::core::{grid::Grid, memory::Memory};
-use crate::scene::{Film, Model, Population};
+use crate::scene::{Film, Model, Population, Shelter, Sky, panorama_memory};
 use crate::shaders::{Feature, Hit, Look, Path, Pixel};
 use std::sync::Arc;
 
 /// What [`super::Tracer::begin`] and [`super::Tracing::step`] need on the device beside the ground itself and what stands on it.
-pub fn picture(grid: Grid, film: &Film) -> Vec<Memory> {
+pub fn picture(grid: Grid, film: &Film, sky: &Sky) -> Vec<Memory> {
     let pixels = u64::from(Block::most_pixels(film));
     // Six queues beside them.
     let path =
@@ -17,6 +17,8 @@ pub fn picture(grid: Grid, film: &Film) -> Vec<Memory> {
         // And its copy for the host.
         Memory { name: "film", bytes: pixels * 2 * size_of::<Pixel>() as u64 },
         Memory { name: "land to trace", bytes: ground(grid) },
+        Memory { name: "light", bytes: Shelter::bytes(grid) },
+        Memory { name: "sky", bytes: panorama_memory(sky).bytes + sky::bytes(sky) },
     ]
 }
 

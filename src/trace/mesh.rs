@@ -1,11 +1,11 @@
 //! The land as a mesh with normals and colours, for other renderers: the triangles that are traced.
 
-use super::{FINEST_EXPOSURE, ground, upload};
-use crate::core::camera::Pinhole;
+use super::assets::unseen;
+use super::{ground, upload};
 use crate::core::grid::Grid;
-use crate::gpu::{self, Buffer, Compute, Gpu, Image, Recorder, format::R32f};
-use crate::scene::{self, Film, Scene, ToneMap};
-use crate::shaders::{self, Frame, raster::openness, trace::corners};
+use crate::gpu::{self, Compute, Gpu, Recorder};
+use crate::scene::{Scene, shelter};
+use crate::shaders::{self, trace::corners};
 use glam::Vec3;
 
 /// Two triangles a cell of the land's grid, and what the sea covers beyond.
@@ -62,13 +62,10 @@ const BATCH: usize = 1 << 20;
 /// # Errors
 /// A lost device, or no memory.
 pub fn corners(gpu: &Gpu, scene: &Scene, points: &[Vec3]) -> gpu::Result<Vec<shaders::Corner>> {
-    // Neither film nor camera matter.
-    let film = Film { width: 1, height: 1, exposure: 1.0, tone_map: ToneMap::None };
-    let camera = Pinhole::look_along(Vec3::ZERO, Vec3::NEG_Z, 1.0, 1.0);
-    let frame = upload(gpu, "frame", &[scene::frame(scene, &film, 1, &camera)])?;
-    let openness = openness(gpu, scene, &frame)?;
-    let pass = Compute::<corners::Shader>::new(gpu, ())?;
+    let frame = upload(gpu, "frame", &[unseen(scene)])?;
     let ground = &scene.ground;
+    let shelter = shelter::Passes::new(gpu)?.measure(gpu, ground, &frame)?;
+    let pass = Compute::<corners::Shader>::new(gpu, ())?;
     let mut all = Vec::with_capacity(points.len());
     for points in points.chunks(BATCH) {
         let corner = |point: &Vec3| shaders::Corner { point: point.to_array(), ..shaders::Corner::default() };
@@ -80,23 +77,11 @@ pub fn corners(gpu: &Gpu, scene: &Scene, points: &[Vec3]) -> gpu::Result<Vec<sha
             height: &ground.height,
             wetness: &ground.wetness,
             reef: &ground.reef,
-            openness: &openness,
+            openness: &shelter.openness,
         };
         rec.dispatch(&pass, [points.len() as u32, 1], (), bindings);
         let download = rec.download(&corners);
         all.extend(download.take(&rec.submit()?.wait()?));
     }
     Ok(all)
-}
-
-/// How much of the sky each place sees.
-fn openness(gpu: &Gpu, scene: &Scene, frame: &Buffer<Frame>) -> gpu::Result<Image<R32f>> {
-    let side = scene.ground.grid.cells.min(FINEST_EXPOSURE);
-    let openness = Image::new(gpu, "openness", [side; 2])?;
-    let pass = Compute::<openness::Shader>::new(gpu, ())?;
-    let mut rec = Recorder::new(gpu);
-    let bindings = openness::Bindings { frame, height: &scene.ground.height, openness: &openness };
-    rec.dispatch(&pass, [side; 2], openness::Push { cells: side as i32 }, bindings);
-    rec.submit()?.wait()?;
-    Ok(openness)
 }

@@ -4,6 +4,7 @@
 //! "Megakernels Considered Harmful"): `generate` sends them from the eye, `extend` finds what they meet, `escape`, `land`,
 //! `model` and `sea` turn them and look for light, `connect` sees whether anything hides it, `film` adds what they gathered to their pixels.
 
+mod assets;
 mod film;
 pub mod ground;
 pub mod memory;
@@ -14,28 +15,27 @@ pub mod tree;
 
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
-use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
-use crate::scene::{self, Film, Scene};
+use crate::gpu::{self, Buffer, Compute, ComputeInterface, DeviceKind, Gpu, Recorder};
+use crate::scene::{self, Film, Ground, Scene, Shelter, shelter};
 use crate::shaders::trace::{connect, escape, extend, film as add, generate, land, model, sea};
-use crate::shaders::{
-    self, Frame, Work,
-    raster::{openness, surf},
-};
+use crate::shaders::{self, Frame, Turn, Work};
 use glam::Vec3;
+use std::mem::offset_of;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+pub use assets::Assets;
 pub use film::{Crop, Flaws, MOST_SAMPLES, Sums};
 pub use rays::Traversal;
 
 use film::Block;
 use rays::Programs;
-use tree::Tree;
+use tree::{Parts, Tree};
 
 /// Traces scenes. Making one compiles its programs; it can then trace any number of pictures.
 pub struct Tracer {
     gpu: Gpu,
-    openness: Compute<openness::Shader>,
-    surf: Compute<surf::Shader>,
+    shelter: shelter::Passes,
     generate: Compute<generate::Shader>,
     rays: Programs,
     escape: Compute<escape::Shader>,
@@ -70,9 +70,6 @@ impl Default for Settings {
 
 /// Work that a submission should last, so that windows stay responsive and no watchdog bites.
 const SUBMISSION: Duration = Duration::from_millis(40);
-
-/// Most samples along a side of what says how places lie open.
-const FINEST_EXPOSURE: u32 = 1024;
 
 /// Fewest paths at work: a device has that many lanes to fill.
 const FEWEST_PATHS: u32 = 2048;
@@ -114,8 +111,7 @@ impl Tracer {
         let (sea, model) = others;
         Ok(Tracer {
             gpu: gpu.clone(),
-            openness: Compute::new(gpu, ())?,
-            surf: Compute::new(gpu, ())?,
+            shelter: shelter::Passes::new(gpu)?,
             generate: Compute::new(gpu, generate::Constants { independent })?,
             rays: Programs::new(gpu, traversal)?,
             escape: Compute::new(gpu, escape::Constants { independent })?,
@@ -126,7 +122,15 @@ impl Tracer {
         })
     }
 
-    /// Begins the picture of `scene`, of `film`'s size: builds the trees that rays go through.
+    /// What all pictures of `scene` have in common: builds the trees over its land and its models.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn assets(&self, scene: &Scene) -> gpu::Result<Arc<Assets>> {
+        Ok(Arc::new(Assets::new(self, scene)?))
+    }
+
+    /// Begins the picture of `scene`, of `film`'s size.
     ///
     /// # Errors
     /// A lost device, or no memory.
@@ -137,18 +141,26 @@ impl Tracer {
         camera: &Pinhole,
         settings: Settings,
     ) -> gpu::Result<Tracing<'a>> {
+        self.begin_with(&self.assets(scene)?, scene, film, camera, settings)
+    }
+
+    /// The same with assets of this scene, or of another with its ground, light and models.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn begin_with<'a>(
+        &'a self,
+        assets: &Arc<Assets>,
+        scene: &'a Scene,
+        film: &Film,
+        camera: &Pinhole,
+        settings: Settings,
+    ) -> gpu::Result<Tracing<'a>> {
         let gpu = &self.gpu;
-        let mut rec = Recorder::new(gpu);
-        let heights = rec.download(&scene.ground.height);
-        let heights = heights.take(&rec.submit()?.wait()?);
-        let tree = Tree::new(gpu, scene, &heights, self.rays.traversal())?;
-        let sky = &scene.light.sky;
-        let dome_size = sky::size(sky).map(|count| count as i32);
+        let tree = Tree::new(gpu, &assets.parts, &scene.population.instances)?;
+        let dome_size = sky::size(&scene.light.sky).map(|count| count as i32);
         let frame = Frame { dome_size, ..scene::frame(scene, film, 1, camera) };
         let frame = upload(gpu, "frame", &[frame])?;
-        let panorama = scene::panorama(gpu, sky)?;
-        let dome = upload(gpu, "dome", &sky::table(sky))?;
-        let [openness, surf] = self.exposure(scene, &frame)?;
         let paths = Paths::new(gpu, Block::most_pixels(film) as usize, settings.bounces)?;
         let sums = Sums::new(film.width, film.height);
         let count = match gpu.info().kind {
@@ -160,39 +172,14 @@ impl Tracer {
             scene,
             film: *film,
             settings,
+            assets: assets.clone(),
             tree,
             frame,
-            panorama,
-            dome,
-            openness,
-            surf,
             paths,
             sums,
             count,
             piece: None,
         })
-    }
-
-    /// How much of the sky each place on the ground sees, and how much of the open sea's waves reaches it.
-    fn exposure(&self, scene: &Scene, frame: &Buffer<Frame>) -> gpu::Result<[Image<R32f>; 2]> {
-        let side = scene.ground.grid.cells.min(FINEST_EXPOSURE);
-        let (size, cells) = ([side; 2], side as i32);
-        let openness = Image::new(&self.gpu, "openness", size)?;
-        let surf = Image::new(&self.gpu, "surf", size)?;
-        let height = &scene.ground.height;
-        let mut rec = Recorder::new(&self.gpu);
-        rec.concurrent(|rec| {
-            let bindings = openness::Bindings { frame, height, openness: &openness };
-            rec.dispatch(&self.openness, size, openness::Push { cells }, bindings);
-            rec.dispatch(
-                &self.surf,
-                size,
-                surf::Push { cells },
-                surf::Bindings { frame, height, surf: &surf },
-            );
-        });
-        rec.submit()?.wait()?;
-        Ok([openness, surf])
     }
 }
 
@@ -226,7 +213,7 @@ struct Paths {
     land: Buffer<u32>,
     models: Buffer<u32>,
     sea: Buffer<u32>,
-    turns: Buffer<shaders::Turn>,
+    turns: Buffer<Turn>,
 }
 
 impl Paths {
@@ -253,12 +240,9 @@ pub struct Tracing<'a> {
     scene: &'a Scene,
     film: Film,
     settings: Settings,
+    assets: Arc<Assets>,
     tree: Tree,
     frame: Buffer<Frame>,
-    panorama: Buffer<[f32; 3]>,
-    dome: Buffer<f32>,
-    openness: Image<R32f>,
-    surf: Image<R32f>,
     paths: Paths,
     sums: Sums,
     /// Paths that a submission has at work: as many as it can finish in time.
@@ -386,17 +370,18 @@ impl Tracing<'_> {
     /// The next sample of the next `count` pixels of the piece.
     fn trace(&self, piece: &Piece, count: u32) -> gpu::Result<()> {
         let &Piece { ref block, ref film, ref flaws, index, first } = piece;
-        let Tracing { tracer, scene, settings, tree, frame, panorama, dome, openness, surf, paths, .. } =
-            self;
+        let Tracing { tracer, scene, settings, assets, tree, frame, paths, .. } = self;
+        let Assets { parts, panorama, dome, shelter: Shelter { openness, surf } } = &**assets;
         let Paths { paths, hits, looks, features, queues, escaped, land, models, sea, turns } = paths;
-        let Tree { triangles, coats, placements, materials, .. } = tree;
-        let ground = &scene.ground;
-        let (world, lattice) = ((tree, &ground.height), lattice(ground.grid));
+        let Parts { triangles, coats, materials, .. } = parts;
+        let placements = &tree.placements;
+        let &Ground { ref height, ref water, ref wetness, ref reef, grid, sea_level } = &scene.ground;
+        let (world, lattice) = ((tree, height), lattice(grid));
         let (origin, columns) = (block.origin.map(|at| at as i32), block.size[0] as i32);
         let size = [count, 1];
         let (first, count) = (first as i32, count as i32);
         let &Settings { seed, bounces, aperture, focus, plain, sea: with_sea } = settings;
-        let sea_level = if with_sea { ground.sea_level } else { f32::MIN };
+        let sea_level = if with_sea { sea_level } else { f32::MIN };
         let mut rec = Recorder::new(&tracer.gpu);
         rec.dispatch(
             &tracer.generate,
@@ -408,87 +393,30 @@ impl Tracing<'_> {
             let (queue, next) = (&queues[turn as usize % 2], &queues[(turn as usize + 1) % 2]);
             let work =
                 Work { seed, index, origin, columns, first, turn, bounces, plain: plain.into(), sea_level };
+            let waiting = |queue| (turns, turn as usize * size_of::<Turn>() + queue);
             let push = extend::Push { turn, sea_level, lattice };
-            tracer.rays.extend(&mut rec, size[0], push, world, &self.paths, queue);
+            tracer.rays.extend(&mut rec, push, world, &self.paths, queue);
+            // One of the programs that turn paths, on those that wait for it: with what all of these programs have, and its own.
+            macro_rules! run {
+                ($rec:ident, $program:ident: $queue:ident $(, $own:ident)*) => {
+                    $rec.dispatch_indirect(
+                        &tracer.$program,
+                        waiting(offset_of!(Turn, $queue.groups)),
+                        $program::Push { work },
+                        $program::Bindings {
+                            queue: $queue, frame, paths, hits, turns, next, looks, features, dome, panorama $(, $own)*
+                        },
+                    );
+                };
+            }
             rec.concurrent(|rec| {
-                let queue = escaped;
-                let bindings = escape::Bindings {
-                    frame,
-                    paths,
-                    hits,
-                    turns,
-                    queue,
-                    next,
-                    looks,
-                    features,
-                    dome,
-                    panorama,
-                };
-                rec.dispatch(&tracer.escape, size, escape::Push { work }, bindings);
-                let queue = sea;
-                let height = &ground.height;
-                let bindings = sea::Bindings {
-                    frame,
-                    paths,
-                    hits,
-                    turns,
-                    queue,
-                    next,
-                    looks,
-                    features,
-                    dome,
-                    panorama,
-                    height,
-                    surf,
-                };
-                rec.dispatch(&tracer.sea, size, sea::Push { work }, bindings);
-                rec.dispatch(
-                    &tracer.land,
-                    size,
-                    land::Push { work },
-                    land::Bindings {
-                        frame,
-                        paths,
-                        hits,
-                        turns,
-                        queue: land,
-                        next,
-                        looks,
-                        features,
-                        dome,
-                        panorama,
-                        triangles,
-                        height: &ground.height,
-                        wetness: &ground.wetness,
-                        reef: &ground.reef,
-                        water: &ground.water,
-                        openness,
-                    },
-                );
-                rec.dispatch(
-                    &tracer.model,
-                    size,
-                    model::Push { work },
-                    model::Bindings {
-                        frame,
-                        paths,
-                        hits,
-                        turns,
-                        queue: models,
-                        next,
-                        looks,
-                        features,
-                        dome,
-                        panorama,
-                        triangles,
-                        coats,
-                        placements,
-                        materials,
-                    },
-                );
+                run!(rec, escape: escaped);
+                run!(rec, sea: sea, height, surf);
+                run!(rec, land: land, triangles, height, wetness, reef, water, openness);
+                run!(rec, model: models, triangles, coats, placements, materials);
             });
             if turn < bounces {
-                tracer.rays.connect(&mut rec, size[0], connect::Push { turn, lattice }, world, &self.paths);
+                tracer.rays.connect(&mut rec, connect::Push { turn, lattice }, world, &self.paths);
             }
         }
         rec.dispatch(
@@ -526,15 +454,14 @@ impl Volley<'_> {
     /// A lost device.
     pub fn trace(&self) -> gpu::Result<Option<Duration>> {
         let Tracing { tracer, scene, tree, .. } = self.tracing;
+        let groups = [self.count.div_ceil(extend::Shader::WORKGROUP[0]), 1, 1];
+        let waiting = shaders::Waiting { paths: self.count, groups };
         let mut rec = Recorder::timed(&tracer.gpu, 2);
-        rec.upload(
-            &self.paths.turns,
-            &[shaders::Turn { paths: self.count, ..Default::default() }, Default::default()],
-        );
+        rec.upload(&self.paths.turns, &[Turn { paths: waiting, ..Turn::default() }, Turn::default()]);
         let ground = &scene.ground;
         let push = extend::Push { turn: 0, sea_level: f32::MIN, lattice: lattice(ground.grid) };
         let world = (tree, &ground.height);
-        tracer.rays.extend(&mut rec, self.count, push, world, &self.paths, &self.paths.queues[0]);
+        tracer.rays.extend(&mut rec, push, world, &self.paths, &self.paths.queues[0]);
         let finished = rec.submit()?.wait()?;
         Ok(finished.timings.last().map(|timing| timing.duration))
     }

@@ -3,7 +3,9 @@
 use super::Paths;
 use super::tree::{Tree, Way};
 use crate::gpu::{self, Buffer, Compute, DeviceKind, Gpu, Image, Recorder, format::R32f};
+use crate::shaders::Turn;
 use crate::shaders::trace::{connect, connect_query, extend, extend_query};
+use std::mem::offset_of;
 
 /// What rays go through.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,24 +65,23 @@ impl Programs {
         }
     }
 
-    /// Finds what the paths in `queue`, at most `most`, meet in this turn, among what is in the tree and on the land of these heights. The tree
+    /// Finds what the paths in `queue` meet in this turn, among what is in the tree and on the land of these heights. The tree
     /// is of the same traversal.
     pub fn extend(
         &self,
         rec: &mut Recorder,
-        most: u32,
         push: extend::Push,
         (tree, height): (&Tree, &Image<R32f>),
         paths: &Paths,
         queue: &Buffer<u32>,
     ) {
         let Paths { paths, hits, escaped, land, models, sea, turns, .. } = paths;
+        let waiting = (turns, push.turn as usize * size_of::<Turn>() + offset_of!(Turn, paths.groups));
         let Tree { triangles, placements, .. } = tree;
-        let size = [most, 1];
         match (self, &tree.way) {
-            (Programs::Bvh { extend, .. }, Way::Bvh(nodes)) => rec.dispatch(
+            (Programs::Bvh { extend, .. }, Way::Bvh(nodes)) => rec.dispatch_indirect(
                 extend,
-                size,
+                waiting,
                 push,
                 extend::Bindings {
                     nodes,
@@ -99,9 +100,9 @@ impl Programs {
             ),
             (Programs::Query { extend, .. }, Way::Query(world)) => {
                 let extend::Push { turn, sea_level, lattice } = push;
-                rec.dispatch(
+                rec.dispatch_indirect(
                     extend,
-                    size,
+                    waiting,
                     extend_query::Push { turn, sea_level, lattice },
                     extend_query::Bindings {
                         world,
@@ -126,24 +127,23 @@ impl Programs {
     pub fn connect(
         &self,
         rec: &mut Recorder,
-        most: u32,
         push: connect::Push,
         (tree, height): (&Tree, &Image<R32f>),
         paths: &Paths,
     ) {
         let Paths { paths, turns, looks, .. } = paths;
+        let waiting = (turns, push.turn as usize * size_of::<Turn>() + offset_of!(Turn, looks.groups));
         let Tree { triangles, placements, .. } = tree;
-        let size = [most, 1];
         match (self, &tree.way) {
             (Programs::Bvh { connect, .. }, Way::Bvh(nodes)) => {
                 let bindings =
                     connect::Bindings { nodes, triangles, placements, turns, looks, paths, height };
-                rec.dispatch(connect, size, push, bindings);
+                rec.dispatch_indirect(connect, waiting, push, bindings);
             }
             (Programs::Query { connect, .. }, Way::Query(world)) => {
                 let bindings = connect_query::Bindings { world, placements, turns, looks, paths };
                 let connect::Push { turn, lattice } = push;
-                rec.dispatch(connect, size, connect_query::Push { turn, lattice }, bindings);
+                rec.dispatch_indirect(connect, waiting, connect_query::Push { turn, lattice }, bindings);
             }
             _ => {}
         }

@@ -23,6 +23,12 @@ pub fn size(sky: &Sky) -> [u32; 2] {
     [map.width, map.height].map(|count| (count * times).div_ceil(part).max(1))
 }
 
+/// Of the table, bytes.
+pub fn bytes(sky: &Sky) -> u64 {
+    let [columns, rows] = size(sky).map(u64::from);
+    4 * (rows + rows * columns)
+}
+
 /// How much of the light comes from above the end of each row, and within each row from before the end of each cell. Below the
 /// horizon of skies that are none of a picture nothing is looked for: paths find light there by themselves.
 pub fn table(sky: &Sky) -> Vec<f32> {

@@ -16,14 +16,30 @@ use obvhs::{Boundable, BvhBuildParams, triangle};
 use rayon::prelude::*;
 use std::time::Duration;
 
-/// The scene on the device, as rays need it.
-pub struct Tree {
-    pub way: Way,
+/// The land and the models, each by itself: what stays the same wherever models stand.
+pub struct Parts {
+    structures: Structures,
+    /// Number of each part's first triangle, as hits give it; `None` has no triangles.
+    firsts: Vec<Option<u32>>,
     pub triangles: Texels,
     /// Of every triangle, the index into all materials.
     pub coats: Buffer<u32>,
-    pub placements: Texels,
     pub materials: Buffer<shaders::Material>,
+}
+
+/// What rays go through to the triangles of each part.
+enum Structures {
+    /// The device's own. Of every part where its structures are in the list, and each one's first triangle: the land is in strips.
+    Query(Vec<AccelerationStructure>, Vec<Vec<(usize, u32)>>),
+    Bvh(Vec<Grown>),
+}
+
+/// What stands in the scene on the device, as rays need it.
+pub struct Tree {
+    pub way: Way,
+    /// All of the parts'.
+    pub triangles: Texels,
+    pub placements: Texels,
     /// Of every placement, 1 + the index of its instance; 0 for the land.
     pub objects: Vec<u32>,
 }
@@ -80,10 +96,12 @@ const LAND: usize = 0;
 const SKIRT: usize = 1;
 const MODELS: usize = 2;
 
-impl Tree {
+impl Parts {
+    /// Those of a scene; `heights` are its land's.
+    ///
     /// # Errors
     /// No memory, or more triangles than the device can bind at once.
-    pub fn new(gpu: &Gpu, scene: &Scene, heights: &[f32], traversal: Traversal) -> gpu::Result<Tree> {
+    pub fn new(gpu: &Gpu, scene: &Scene, heights: &[f32], traversal: Traversal) -> gpu::Result<Parts> {
         let population = &scene.population;
         let mut first_materials = Vec::new();
         let mut materials: Vec<shaders::Material> = Vec::new();
@@ -118,62 +136,74 @@ impl Tree {
             coats.push(0);
         }
         let firsts = firsts(&parts);
-        let standing = standing(&parts, &firsts, &population.instances);
-        let (way, placements) = match traversal {
-            Traversal::Query => query(gpu, grid, heights, &parts, standing)?,
-            Traversal::Bvh => bvh(gpu, &parts, &firsts, &standing)?,
+        let structures = match traversal {
+            Traversal::Query => query_structures(gpu, grid, heights, &parts, &firsts)?,
+            // Triangles are on the device.
+            Traversal::Bvh => Structures::Bvh(parts.into_iter().map(Grown::without_triangles).collect()),
+        };
+        Ok(Parts {
+            structures,
+            firsts,
+            triangles: Texels::new(gpu, "triangles", &triangles)?,
+            coats: upload(gpu, "coats", &coats)?,
+            materials: upload(gpu, "materials", &materials)?,
+        })
+    }
+}
+
+impl Tree {
+    /// The land, and the models where these instances stand.
+    ///
+    /// # Errors
+    /// No memory, or more than the device can bind at once.
+    pub fn new(gpu: &Gpu, parts: &Parts, instances: &[Instance]) -> gpu::Result<Tree> {
+        let Parts { structures, firsts, triangles, .. } = parts;
+        let standing = standing(firsts, instances);
+        let (way, placements) = match structures {
+            Structures::Query(structures, of) => query(gpu, structures, of, &standing)?,
+            Structures::Bvh(parts) => bvh(gpu, parts, firsts, &standing)?,
         };
         Ok(Tree {
             way,
-            triangles: Texels::new(gpu, "triangles", &triangles)?,
-            coats: upload(gpu, "coats", &coats)?,
+            triangles: triangles.clone(),
             placements: Texels::new(gpu, "placements", &placements)?,
-            materials: upload(gpu, "materials", &materials)?,
             objects: placements.iter().map(|placement| placement.object).collect(),
         })
     }
 }
 
-/// Number of each part's first triangle, as hits give it.
-fn firsts(parts: &[Grown]) -> Vec<u32> {
+fn firsts(parts: &[Grown]) -> Vec<Option<u32>> {
     let mut next = 0;
-    let mut firsts = vec![GRID];
+    let mut firsts = vec![Some(GRID)];
     for part in &parts[SKIRT..] {
-        firsts.push(next);
+        firsts.push((!part.triangles.is_empty()).then_some(next));
         next += part.triangles.len() as u32;
     }
     firsts
 }
 
-/// Everything where it stands, but for what has no triangles.
-fn standing(parts: &[Grown], firsts: &[u32], instances: &[Instance]) -> Vec<Standing> {
-    let still = |part: usize| Standing {
-        part,
-        placement: Placement {
-            scale: 1.0,
-            rotation: [0.0, 0.0, 0.0, 1.0],
-            first: firsts[part],
-            ..Placement::default()
-        },
+/// Everything where it stands, the land first, but for what has no triangles.
+fn standing(firsts: &[Option<u32>], instances: &[Instance]) -> Vec<Standing> {
+    let still = |part: usize| {
+        let first = firsts[part]?;
+        let rotation = [0.0, 0.0, 0.0, 1.0];
+        Some(Standing { part, placement: Placement { scale: 1.0, rotation, first, ..Placement::default() } })
     };
     let moved = |(index, instance): (usize, &Instance)| {
         let part = instance.model as usize + MODELS;
-        parts.get(part).filter(|part| !part.triangles.is_empty())?;
+        let first = (*firsts.get(part)?)?;
         let placement = Placement {
             position: instance.position.to_array(),
             scale: instance.scale,
             rotation: instance.rotation.to_array(),
             root: 0,
-            first: firsts[part],
+            first,
             random: instance.random,
             object: index as u32 + 1,
         };
         Some(Standing { part, placement })
     };
-    let mut standing = vec![still(LAND)];
-    if !parts[SKIRT].triangles.is_empty() {
-        standing.push(still(SKIRT));
-    }
+    let mut standing: Vec<Standing> = [LAND, SKIRT].into_iter().filter_map(still).collect();
     standing.par_extend(instances.par_iter().enumerate().filter_map(moved));
     standing
 }
@@ -181,37 +211,47 @@ fn standing(parts: &[Grown], firsts: &[u32], instances: &[Instance]) -> Vec<Stan
 /// Rows of the land that have a structure of their own: what they are built from is not in memory all at once.
 const STRIP: u32 = 1 << 20;
 
-/// Structures of the device's own, and the placements in their order. The land is in strips.
-fn query(
+/// Structures of the device's own.
+fn query_structures(
     gpu: &Gpu,
     grid: Grid,
     heights: &[f32],
     parts: &[Grown],
-    standing: Vec<Standing>,
-) -> gpu::Result<(Way, Vec<Placement>)> {
-    let (mut structures, mut stances, mut placements) = (Vec::new(), Vec::new(), Vec::new());
+    firsts: &[Option<u32>],
+) -> gpu::Result<Structures> {
+    let (mut structures, mut of) = (Vec::new(), vec![Vec::new(); parts.len()]);
     let last = grid.cells - 1;
     let rows = (STRIP / (2 * last)).max(1);
     for top in (0..last).step_by(rows as usize) {
         let corners = ground::triangles(grid, heights, top..(top + rows).min(last));
         let corners: Vec<_> = corners.iter().map(|corners| corners.map(|corner| corner.to_array())).collect();
-        let placement = Placement { first: GRID + 2 * top * last, ..standing[LAND].placement };
-        stances.push(Stance { structure: structures.len(), transform: transform(&placement) });
+        of[LAND].push((structures.len(), GRID + 2 * top * last));
         structures.push(AccelerationStructure::over_triangles(gpu, &corners)?);
-        placements.push(placement);
     }
-    let mut structure_of = vec![None; parts.len()];
-    for (part, grown) in parts.iter().enumerate().filter(|(_, grown)| !grown.triangles.is_empty()) {
+    for (part, grown) in parts.iter().enumerate().skip(SKIRT) {
+        let Some(first) = firsts[part] else { continue };
         let corners: Vec<_> = grown.triangles.iter().map(|triangle| triangle.corners).collect();
-        structure_of[part] = Some(structures.len());
+        of[part].push((structures.len(), first));
         structures.push(AccelerationStructure::over_triangles(gpu, &corners)?);
     }
+    Ok(Structures::Query(structures, of))
+}
+
+/// A structure of the device's own over all that stands, and the placements in its order.
+fn query(
+    gpu: &Gpu,
+    structures: &[AccelerationStructure],
+    of: &[Vec<(usize, u32)>],
+    standing: &[Standing],
+) -> gpu::Result<(Way, Vec<Placement>)> {
+    let (mut stances, mut placements) = (Vec::new(), Vec::new());
     for Standing { part, placement } in standing {
-        let Some(structure) = structure_of[part] else { continue };
-        stances.push(Stance { structure, transform: transform(&placement) });
-        placements.push(placement);
+        for &(structure, first) in &of[*part] {
+            stances.push(Stance { structure, transform: transform(placement) });
+            placements.push(Placement { first, ..*placement });
+        }
     }
-    let world = AccelerationStructure::over_instances(gpu, &structures, &stances)?;
+    let world = AccelerationStructure::over_instances(gpu, structures, &stances)?;
     Ok((Way::Query(world), placements))
 }
 
@@ -227,7 +267,7 @@ fn transform(placement: &Placement) -> [[f32; 4]; 3] {
 fn bvh(
     gpu: &Gpu,
     parts: &[Grown],
-    firsts: &[u32],
+    firsts: &[Option<u32>],
     standing: &[Standing],
 ) -> gpu::Result<(Way, Vec<Placement>)> {
     let bounds = |standing: &Standing| placed(&parts[standing.part].boxes, &standing.placement);
@@ -244,7 +284,7 @@ fn bvh(
     for (grown, first_leaf) in parts.iter().zip(firsts) {
         let first_node = nodes.len() as u32;
         // What names the land's leaves is where they lie.
-        let first_leaf = if *first_leaf == GRID { 0 } else { *first_leaf };
+        let first_leaf = first_leaf.filter(|first| *first != GRID).unwrap_or(0);
         roots.push(first_node);
         nodes.extend(grown.nodes.iter().map(|node| CwBvhNode {
             child_base_idx: node.child_base_idx + first_node,
@@ -312,6 +352,10 @@ impl Grown {
             boxes: boxes(&tree),
             nodes: tree.nodes,
         }
+    }
+
+    fn without_triangles(self) -> Grown {
+        Grown { triangles: Vec::new(), coats: Vec::new(), ..self }
     }
 }
 

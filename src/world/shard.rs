@@ -7,7 +7,7 @@ use super::{Renderer, World};
 use crate::core::hash::hexadecimal;
 use crate::formats::{Error, sealed};
 use crate::gpu::DeviceInfo;
-use crate::scene::{Film, ToneMap};
+use crate::scene::{Film, Sky, ToneMap};
 use crate::shaders::Pixel;
 use crate::trace::{Crop, Flaws, Sums, Traversal};
 use serde::{Deserialize, Serialize};
@@ -81,7 +81,7 @@ pub struct Shard {
 }
 
 impl Render {
-    /// The picture of `world` with this film, or a frame of it, made on `device`.
+    /// The picture of `world` with this film, made on `device`; it is no frame.
     ///
     /// # Errors
     /// Those of [`crate::terrain::Plan::digests`].
@@ -89,7 +89,6 @@ impl Render {
         world: &World,
         film: &Film,
         renderer: (Renderer, Traversal),
-        frame: Option<u32>,
         device: &DeviceInfo,
     ) -> serde_json::Result<Render> {
         let renderer = match renderer {
@@ -108,7 +107,7 @@ impl Render {
             contents: contents(world)?,
             seed: world.seed,
             size: [film.width, film.height],
-            frame,
+            frame: None,
             exposure: film.exposure.into(),
             tone_map: match film.tone_map {
                 ToneMap::None => Curve::None,
@@ -186,7 +185,10 @@ fn contents(world: &World) -> serde_json::Result<String> {
     let World { plan, light, sea, surface, plants, viewpoint, camera_path, fov, tracing, .. } = world;
     let mut hasher = Hasher(Sha256::new());
     plan.digests()?.iter().for_each(|digest| hasher.0.update(digest));
-    // How values are shown for debugging has all their digits, and every field that is added.
+    if let Sky::Map(map) = &light.sky {
+        hasher.0.update(bytemuck::cast_slice(&map.texels));
+    }
+    // How values are shown for debugging has all their digits, and every field that is added; but no texels.
     let all = (light, sea, surface, plants, viewpoint, camera_path, fov, tracing);
     // A hash takes any text.
     let _ = write!(hasher, "{all:?}");

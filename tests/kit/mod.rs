@@ -8,6 +8,7 @@ pub mod forest;
 pub mod island;
 pub mod land;
 pub mod picture;
+pub mod program;
 pub mod stage;
 pub mod tiff;
 

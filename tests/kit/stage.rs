@@ -14,22 +14,8 @@ pub const FLOOR: f32 = -1e4;
 
 pub fn empty(gpu: &Gpu) -> Scene {
     let grid = Grid { cells: 17, extent: 1000.0 };
-    let zeros = vec![0.0; grid.samples()];
-    let black = Mixture {
-        reflectance: [0.0; 3],
-        second_reflectance: [0.0; 3],
-        position_factor: 0.0,
-        value_factor: 0.0,
-    };
     Scene {
-        ground: Ground {
-            grid,
-            height: upload(gpu, "height", &vec![FLOOR; grid.samples()]),
-            water: upload(gpu, "water", &zeros),
-            wetness: upload(gpu, "wetness", &zeros),
-            reef: upload(gpu, "reef", &zeros),
-            sea_level: -1e9,
-        },
+        ground: ground(gpu, grid, &vec![FLOOR; grid.samples()], -1e9),
         light: Light { sky: Sky::None, sun: None, air: None, clouds: 0.0 },
         sea: Sea { level: -1e9, attenuation: [0.3, 0.06, 0.03], deep_colour: [0.0; 3], roughness: 0.0 },
         surface: Surface {
@@ -46,7 +32,7 @@ pub fn empty(gpu: &Gpu) -> Scene {
             patch_size: 1e-4,
             crowns: 0.0,
             snow: None,
-            by_height: Some(ByHeight { ground: black, rock: black, rock_start: 1e5, ground_end: 2e5 }),
+            by_height: one_colour(0.0),
         },
         population: Population::default(),
         camera: Camera { view: View::LookAt { position: Vec3::Y, target: Vec3::ZERO }, fov: 1.0 },
@@ -71,16 +57,22 @@ pub fn with(mut scene: Scene, things: Vec<(Mesh, Material)>) -> Scene {
 
 /// Other ground under what is on the stage.
 pub fn on(mut scene: Scene, gpu: &Gpu, grid: Grid, heights: &[f32]) -> Scene {
-    let zeros = vec![0.0; grid.samples()];
-    scene.ground = Ground {
-        grid,
-        height: upload(gpu, "height", heights),
-        water: upload(gpu, "water", &zeros),
-        wetness: upload(gpu, "wetness", &zeros),
-        reef: upload(gpu, "reef", &zeros),
-        sea_level: scene.ground.sea_level,
-    };
+    scene.ground = ground(gpu, grid, heights, scene.ground.sea_level);
     scene
+}
+
+fn ground(gpu: &Gpu, grid: Grid, heights: &[f32], sea_level: f32) -> Ground {
+    let zeros = vec![0.0; grid.samples()];
+    let [height, water] = [("height", heights), ("water", &zeros)].map(|(name, it)| upload(gpu, name, it));
+    let [wetness, reef] = ["wetness", "reef"].map(|name| upload(gpu, name, &zeros));
+    Ground { grid, height, water, wetness, reef, sea_level }
+}
+
+/// Ground of one grey, without texture.
+pub fn one_colour(reflectance: f32) -> Option<ByHeight> {
+    let [reflectance, second_reflectance] = [[reflectance; 3]; 2];
+    let grey = Mixture { reflectance, second_reflectance, position_factor: 0.0, value_factor: 0.0 };
+    Some(ByHeight { ground: grey, rock: grey, rock_start: 1e5, ground_end: 2e5 })
 }
 
 pub fn grey(reflectance: f32) -> Material {
@@ -127,7 +119,8 @@ pub fn ball(centre: Vec3, radius: f32, top: f32, segments: u32, inward: bool) ->
     mesh
 }
 
-fn upload(gpu: &Gpu, name: &str, values: &[f32]) -> Image<R32f> {
+/// A square of values.
+pub fn upload(gpu: &Gpu, name: &str, values: &[f32]) -> Image<R32f> {
     let side = (values.len() as f64).sqrt() as u32;
     let image = Image::new(gpu, name, [side; 2]).expect("an image");
     let mut rec = Recorder::new(gpu);

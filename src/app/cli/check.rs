@@ -50,7 +50,8 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let planted = !world.plants.rules.is_empty();
     let plants = Plants::of(&world, session)?;
     let (film, renderer, models) = (world.film, world.renderer, plants.model_bytes());
-    let goal = |_: &Plan| Goal::Picture { film, planted, models, renderer };
+    let sky = &world.light.sky;
+    let goal = |_: &Plan| Goal::Picture { film, sky, planted, models, renderer };
     let mut needs = Needs::of(&world.plan, &goal(&world.plan));
     if plants.bytes() > 0 {
         needs.host.push(Memory { name: "plants", bytes: plants.bytes() });

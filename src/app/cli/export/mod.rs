@@ -13,6 +13,7 @@ use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use crate::app::memory::{self, Goal, Limits};
 use crate::app::{Error, Session, interrupt, land};
 use crate::formats::raw::ByteOrder;
+use crate::scene::Sky;
 use crate::terrain::{Layer as Simulated, Plan};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum, ValueHint};
@@ -139,7 +140,11 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         cells if cells == world.plan.grid.cells => plan.grid.cells,
         cells => cells,
     };
-    memory::check(&world.plan, |plan| goal(plan, &request, written(plan)), &Limits::of(&gpu))?;
+    memory::check(
+        &world.plan,
+        |plan| goal(plan, &world.light.sky, &request, written(plan)),
+        &Limits::of(&gpu),
+    )?;
     let simulation = land::simulate(&gpu, &world, session)?;
     let Request { cells, tiles, preset, .. } = request;
     let land = Land::new(&arguments.world, &world, &simulation, cells, tiles, preset);
@@ -172,10 +177,10 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
 }
 
 /// What the layers, of `cells` samples along a side, take of memory beside the simulation, which stays to the end.
-fn goal(plan: &Plan, request: &Request, cells: u32) -> Goal {
+fn goal<'a>(plan: &Plan, sky: &'a Sky, request: &Request, cells: u32) -> Goal<'a> {
     let colored = |content: &Content| matches!(content, Content::Scene(file) if file.what == What::Scene);
     let drawn = request.layers().any(|layer| !layer.is_simulated()) || request.contents.iter().any(colored);
-    let source = if drawn { memory::Source::Renderer } else { memory::Source::Simulation };
+    let source = if drawn { memory::Source::Renderer(sky) } else { memory::Source::Simulation };
     let files =
         request.contents.iter().map(|content| host_bytes(content, request.tiles, plan.grid.cells, cells));
     let file = files.max().unwrap_or(0);

@@ -114,17 +114,21 @@ impl Checkpoint {
     pub fn finish(&self, how: String) -> Result<(), Error> {
         let header = Header { finished: Some(how), ..self.header.clone() };
         shard::write(&self.path, None, &header, None)?;
-        self.remove_older();
+        self.settle();
         Ok(())
     }
 
-    /// Removes the older one, now that there is nothing more to come.
-    pub fn remove_older(&self) {
-        let _ = fs::remove_file(&self.older);
+    /// Leaves one generation, under its own name, now that there is nothing more to come.
+    pub fn settle(&self) {
+        let _ = match self.path.exists() {
+            true => fs::remove_file(&self.older),
+            // A run ended, or a disk failed, between the renaming of the one and of the other.
+            false => fs::rename(&self.older, &self.path),
+        };
     }
 
     fn remove(&self) {
         let _ = fs::remove_file(&self.path);
-        self.remove_older();
+        let _ = fs::remove_file(&self.older);
     }
 }

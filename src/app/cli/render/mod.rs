@@ -17,7 +17,7 @@ use crate::gpu::{self, Gpu};
 use crate::raster::{self, Quality};
 use crate::scene::{Film, Picture, Scene};
 use crate::terrain::Plan;
-use crate::trace::{Crop, Sums, Tracer, Tracing, Traversal};
+use crate::trace::{Assets, Crop, Sums, Tracer, Tracing, Traversal};
 use crate::world::shard::Render;
 use crate::world::{self, Renderer, World};
 use checkpoint::{Checkpoint, Found};
@@ -26,6 +26,7 @@ use frames::Name;
 use picture::Finish;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use trace::Noise;
 
 /// Render a picture of a world, a part of one, or the frames of a film
@@ -109,7 +110,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let world = land::load(&arguments.world, session)?;
     let job = Job::new(arguments, &world, named)?;
     check_picture(&job.film)?;
-    job.place.prepare(job.shots.first().iter().filter_map(|shot| shot.path.file_name()?.to_str()))?;
+    job.place.prepare(job.shot(job.shots.start).path.file_name().and_then(|name| name.to_str()))?;
 
     interrupt::listen();
     if let Some(zoom) = &world.zoom {
@@ -118,7 +119,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     if arguments.back {
         return Err(Error::Missing("--return: the world has no `zoom`".into()));
     }
-    let mut work = Work { shots: job.shots.iter().collect(), gathered: None };
+    let mut work = Work { shots: job.shots.clone(), gathered: None };
     let mut losses = 0;
     loop {
         match job.go_on(&mut work, session) {
@@ -142,8 +143,16 @@ struct Job<'a> {
     renderer: Renderer,
     crop: Crop,
     place: Place,
-    shots: Vec<Shot>,
+    target: Target,
+    /// Numbers of frames; of a picture by itself 0 alone.
+    shots: Range<u32>,
     denoiser: Option<Denoiser>,
+}
+
+/// Where pictures go.
+enum Target {
+    Picture(PathBuf),
+    Frames(Name),
 }
 
 /// A picture by itself, or a frame.
@@ -153,8 +162,8 @@ struct Shot {
 }
 
 /// What is left of a job.
-struct Work<'a> {
-    shots: Vec<&'a Shot>,
+struct Work {
+    shots: Range<u32>,
     /// What has been traced of the first of them.
     gathered: Option<Sums>,
 }
@@ -199,46 +208,60 @@ impl<'a> Job<'a> {
         if arguments.samples.is_some() && renderer == Renderer::Raster {
             return Err(Error::Usage("--samples: only pictures with --renderer trace have samples".into()));
         }
-        let (place, shots) = match &arguments.frames {
-            Some(frames) => film_of(world, frames, named)?,
+        let (place, target, shots) = match &arguments.frames {
+            Some(frames) => {
+                let name = frames_of(world, named)?;
+                (Place::Folder(name.folder.clone()), Target::Frames(name), frames.clone())
+            }
             None => {
                 let (place, name) = match named {
                     Named::Place(place) => (place, arguments.name(world)),
                     _ => arguments.unasked(world),
                 };
                 let path = place.file(&name);
-                (place, vec![Shot { frame: None, path }])
+                (place, Target::Picture(path), 0..1)
             }
         };
         if arguments.limits.finish.denoise.is_some() && renderer == Renderer::Raster {
             return Err(Error::Usage("--denoise: only pictures with --renderer trace have noise".into()));
         }
         let denoiser = arguments.limits.finish.denoiser()?;
-        Ok(Job { arguments, world, film, renderer, crop, place, shots, denoiser })
+        Ok(Job { arguments, world, film, renderer, crop, place, target, shots, denoiser })
+    }
+
+    fn shot(&self, number: u32) -> Shot {
+        match &self.target {
+            Target::Picture(path) => Shot { frame: None, path: path.clone() },
+            Target::Frames(name) => Shot { frame: Some(number), path: name.path(number) },
+        }
     }
 
     /// Makes what is left, on a device of its own.
     fn go_on(&self, work: &mut Work, session: &mut Session) -> Result<(), Error> {
         let Job { arguments, world, film, renderer, .. } = *self;
         let gpu = land::open(&arguments.device, session)?;
-        let traversal = self.traversal(&gpu);
+        let traversal = arguments.traversal.0.unwrap_or_else(|| Traversal::best(&gpu));
         if renderer == Renderer::Trace {
             traversal.check(&gpu)?;
         }
-        self.leave_finished(&gpu, work, session)?;
+        let mut studio = Studio { gpu: &gpu, traversal, render: None, raster: None, tracer: None };
+        self.remove_abandoned(work);
+        self.leave_finished(&mut studio, work, session)?;
         if work.shots.is_empty() {
             return Ok(());
         }
         let planted = !world.plants.rules.is_empty();
         let limits = memory::Limits::of(&gpu);
-        memory::check(&world.plan, |_| Goal::Picture { film, planted, models: 0, renderer }, &limits)?;
+        let sky = &world.light.sky;
+        let goal = |_: &Plan| Goal::Picture { film, sky, planted, models: 0, renderer };
+        memory::check(&world.plan, goal, &limits)?;
         let simulation = land::simulate(&gpu, world, session)?;
         let view = land::camera(&gpu, world, &simulation)?;
         let garden = Garden::new(&gpu, world, &simulation, session)?;
         let ground = simulation.land()?;
         drop(simulation);
-        let mut studio = Studio { gpu: &gpu, traversal, raster: None, tracer: None };
-        while let Some(&shot) = work.shots.first() {
+        while !work.shots.is_empty() {
+            let shot = self.shot(work.shots.start);
             let mut settings = world.tracing;
             let keyed = shot.frame.and_then(|frame| world.camera_path.at(frame));
             let camera = keyed.map_or(view, |(camera, focus)| {
@@ -248,35 +271,32 @@ impl<'a> Job<'a> {
             let population = garden.populate(&camera, &film, session)?;
             if renderer == Renderer::Trace {
                 let models = crate::trace::memory::population(&population).bytes;
-                let goal = |_: &Plan| Goal::Picture { film, planted: models > 0, models, renderer };
+                let goal = |_: &Plan| Goal::Picture { film, sky, planted: models > 0, models, renderer };
                 memory::check(&world.plan, goal, &limits)?;
             }
             let pinhole = garden.pinhole(&camera, &film);
             let scene = land::scene(world, ground.clone(), camera, population);
             match renderer {
-                Renderer::Raster => self.draw(&mut studio, shot, &scene, session)?,
+                Renderer::Raster => self.draw(&mut studio, &shot, &scene, session)?,
                 Renderer::Trace => {
+                    let checkpoint = self.checkpoint(&mut studio, &shot)?;
                     session.progress.show("acceleration", 0, 1);
-                    let mut tracing = studio.tracer()?.begin(&scene, &film, &pinhole, settings)?;
+                    let (tracer, assets) = studio.tracer(&scene)?;
+                    let mut tracing = tracer.begin_with(assets, &scene, &film, &pinhole, settings)?;
                     session.progress.show("acceleration", 1, 1);
-                    self.trace(&gpu, shot, &mut tracing, &mut work.gathered, session)?;
+                    self.trace(&shot, &mut tracing, checkpoint, &mut work.gathered, session)?;
                 }
             }
-            work.shots.remove(0);
+            work.shots.start += 1;
+            self.leave_finished(&mut studio, work, session)?;
         }
         Ok(())
     }
 
-    fn traversal(&self, gpu: &Gpu) -> Traversal {
-        self.arguments.traversal.0.unwrap_or_else(|| Traversal::best(gpu))
-    }
-
-    fn checkpoint(&self, gpu: &Gpu, shot: &Shot) -> Result<Checkpoint, Error> {
-        let Job { world, film, renderer, crop, .. } = self;
-        let render = Render::of(world, film, (*renderer, self.traversal(gpu)), shot.frame, gpu.info())
-            .map_err(world::cache::Error::Hash)?;
+    fn checkpoint(&self, studio: &mut Studio, shot: &Shot) -> Result<Checkpoint, Error> {
+        let render = Render { frame: shot.frame, ..studio.render(self)?.clone() };
         let first = self.arguments.samples.as_ref().map_or(0, |samples| samples.start);
-        Ok(Checkpoint::new(&shot.path, render, *crop, first, self.arguments.of))
+        Ok(Checkpoint::new(&shot.path, render, self.crop, first, self.arguments.of))
     }
 
     fn goal<'b>(&'b self, shot: &'b Shot) -> trace::Goal<'b> {
@@ -301,30 +321,36 @@ impl<'a> Job<'a> {
         }
     }
 
-    /// With --resume: takes from the work what is there already, and is as it should be.
-    fn leave_finished(&self, gpu: &Gpu, work: &mut Work, session: &mut Session) -> Result<(), Error> {
+    /// With --resume: removes what files an earlier run was writing when it ended.
+    fn remove_abandoned(&self, work: &Work) {
+        let path = self.shot(work.shots.start).path;
+        if let Some(folder) = path.parent().filter(|_| self.arguments.resume) {
+            let here = folder.as_os_str().is_empty();
+            file::remove_abandoned(if here { Path::new(".") } else { folder });
+        }
+    }
+
+    /// With --resume: takes from the beginning of the work what is there already, and is as it should be.
+    fn leave_finished(
+        &self,
+        studio: &mut Studio,
+        work: &mut Work,
+        session: &mut Session,
+    ) -> Result<(), Error> {
         if !self.arguments.resume || work.gathered.is_some() {
             return Ok(());
         }
-        let folder = work.shots.first().and_then(|shot| shot.path.parent());
-        folder.into_iter().for_each(|folder| {
-            let here = folder.as_os_str().is_empty();
-            file::remove_abandoned(if here { Path::new(".") } else { folder });
-        });
-        let mut left = Vec::new();
-        for shot in std::mem::take(&mut work.shots) {
-            if !self.is_finished(gpu, shot, session)? {
-                left.push(shot);
-            }
+        while !work.shots.is_empty() && self.is_finished(studio, &self.shot(work.shots.start), session)? {
+            interrupt::check(&session.report)?;
+            work.shots.start += 1;
         }
-        work.shots = left;
         Ok(())
     }
 
-    fn is_finished(&self, gpu: &Gpu, shot: &Shot, session: &mut Session) -> Result<bool, Error> {
+    fn is_finished(&self, studio: &mut Studio, shot: &Shot, session: &mut Session) -> Result<bool, Error> {
         if let Some(frame) = shot.frame {
             let is_there = shot.path.is_file();
-            let checkpoint = self.checkpoint(gpu, shot)?;
+            let checkpoint = self.checkpoint(studio, shot)?;
             let found = if is_there { checkpoint.load(session)? } else { Found::Nothing };
             let finished = matches!(found, Found::Finished(how) if how == self.limits());
             if finished {
@@ -338,7 +364,7 @@ impl<'a> Job<'a> {
             );
             return Ok(false);
         }
-        let checkpoint = self.checkpoint(gpu, shot)?;
+        let checkpoint = self.checkpoint(studio, shot)?;
         let goal = self.goal(shot);
         if goal.is_shard && shot.path.is_file() {
             // Its samples are all it has.
@@ -368,6 +394,7 @@ impl<'a> Job<'a> {
         // It may be of fewer samples, if a run ended before it wrote the last one.
         let there = file::found(&shot.path).ok().map(|found| self.known(&found.sha256));
         if there.is_some() && there == picture {
+            checkpoint.settle();
             self.leave(shot, "has all its samples", session)?;
         } else {
             self.finish(shot, checkpoint, &sums, session)?;
@@ -385,13 +412,12 @@ impl<'a> Job<'a> {
     /// next attempt.
     fn trace(
         &self,
-        gpu: &Gpu,
         shot: &Shot,
         tracing: &mut Tracing,
+        checkpoint: Checkpoint,
         gathered: &mut Option<Sums>,
         session: &mut Session,
     ) -> Result<(), Error> {
-        let checkpoint = self.checkpoint(gpu, shot)?;
         if gathered.is_none()
             && self.arguments.resume
             && let Found::Sums(sums, _) = checkpoint.load(session)?
@@ -466,7 +492,7 @@ impl<'a> Job<'a> {
                 session.report.frame(frame, &written, false);
             }
             None => {
-                checkpoint.remove_older();
+                checkpoint.settle();
                 session.report.wrote(&written);
                 session.report.checkpoint = Some(checkpoint.path.to_string_lossy().into_owned());
                 let kept = checkpoint.path.display();
@@ -489,7 +515,7 @@ impl<'a> Job<'a> {
         let written = self.write(shot, picture, session)?;
         match shot.frame {
             Some(frame) => {
-                self.checkpoint(studio.gpu, shot)?.finish(self.limits())?;
+                self.checkpoint(studio, shot)?.finish(self.limits())?;
                 session.report.frame(frame, &written, false);
             }
             None => session.report.wrote(&written),
@@ -525,15 +551,28 @@ impl<'a> Job<'a> {
     }
 }
 
-/// The renderers of a device: their programs are compiled once.
+/// What all pictures of a device have in common: made once, and not before it is needed.
 struct Studio<'a> {
     gpu: &'a Gpu,
     traversal: Traversal,
+    /// Of no frame.
+    render: Option<Render>,
     raster: Option<raster::Renderer>,
-    tracer: Option<Tracer>,
+    tracer: Option<(Tracer, Arc<Assets>)>,
 }
 
 impl Studio<'_> {
+    fn render(&mut self, job: &Job) -> Result<&Render, Error> {
+        match &mut self.render {
+            Some(render) => Ok(render),
+            none => {
+                let renderer = (job.renderer, self.traversal);
+                let render = Render::of(job.world, &job.film, renderer, self.gpu.info());
+                Ok(none.insert(render.map_err(world::cache::Error::Hash)?))
+            }
+        }
+    }
+
     fn raster(&mut self) -> gpu::Result<&raster::Renderer> {
         match &mut self.raster {
             Some(renderer) => Ok(renderer),
@@ -541,29 +580,32 @@ impl Studio<'_> {
         }
     }
 
-    fn tracer(&mut self) -> gpu::Result<&Tracer> {
+    /// With what the scenes of all frames have in common.
+    fn tracer(&mut self, scene: &Scene) -> gpu::Result<&(Tracer, Arc<Assets>)> {
         match &mut self.tracer {
             Some(tracer) => Ok(tracer),
-            none => Ok(none.insert(Tracer::with(self.gpu, self.traversal)?)),
+            none => {
+                let tracer = Tracer::with(self.gpu, self.traversal)?;
+                let assets = tracer.assets(scene)?;
+                Ok(none.insert((tracer, assets)))
+            }
         }
     }
 }
 
-/// Frames and where they go.
-fn film_of(world: &World, frames: &Range<u32>, named: Named) -> Result<(Place, Vec<Shot>), Error> {
+/// The names of frames.
+fn frames_of(world: &World, named: Named) -> Result<Name, Error> {
     if world.zoom.is_none() && world.camera_path.keys.is_empty() {
         let advice = "write where the camera is in some of them: \
                       `camera.keyframes = [{ frame = 0, position = [0, 100, 500], target = [0, 0, 0] }, { frame = 60, position = \
                       [500, 100, 0] }]`";
         return Err(Error::Missing(format!("--frames: the world has no `camera.keyframes`; {advice}")));
     }
-    let name = match named {
-        Named::Frames(name) => name,
-        Named::Place(place) => standard(&place.file("%05d.png"))?,
-        Named::Nothing => standard(&Path::new(".").join(&world.name).join("%05d.png"))?,
-    };
-    let shots = frames.clone().map(|frame| Shot { frame: Some(frame), path: name.path(frame) });
-    Ok((Place::Folder(name.folder.clone()), shots.collect()))
+    match named {
+        Named::Frames(name) => Ok(name),
+        Named::Place(place) => standard(&place.file("%05d.png")),
+        Named::Nothing => standard(&Path::new(".").join(&world.name).join("%05d.png")),
+    }
 }
 
 fn standard(path: &Path) -> Result<Name, Error> {

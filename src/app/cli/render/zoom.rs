@@ -38,15 +38,17 @@ impl Job<'_> {
         };
         let mut renderer = view::Renderer::new(&gpu, surface, settings)?;
         let mut autopilot = Autopilot::new(surface);
-        for (done, shot) in self.shots.iter().enumerate() {
-            session.progress.show("frames", done as u64, self.shots.len() as u64);
+        for number in self.shots.clone() {
+            let done = number - self.shots.start;
+            session.progress.show("frames", done.into(), self.shots.len() as u64);
             interrupt::check(&session.report)?;
-            let depth = self.depth(zoom, shot);
+            let shot = self.shot(number);
+            let depth = self.depth(zoom, &shot);
             let Pose { place, attitude } = autopilot.at(renderer.spine(), depth);
             let view = View { place, attitude, fov: self.world.fov, level: depth.whole() };
             let view::Shot { picture, altitude, drawn, made, .. } =
                 renderer.render(&view, &self.world.light, &self.film)?;
-            let written = self.write(shot, picture, session)?;
+            let written = self.write(&shot, picture, session)?;
             match shot.frame {
                 Some(frame) => {
                     let flown = Flown { depth: altitude.depth(), tiles_drawn: drawn, tiles_made: made };
@@ -75,9 +77,9 @@ impl From<view::Error> for Error {
     fn from(error: view::Error) -> Error {
         match error {
             view::Error::Gpu(error) => Error::Gpu(error),
-            view::Error::TooMany(_) | view::Error::Slots { .. } => {
-                Error::Missing(format!("{error}; raise `zoom.tiles`, or lower `zoom.detail` or `zoom.visibility`"))
-            }
+            view::Error::TooMany(_) | view::Error::Slots { .. } => Error::Missing(format!(
+                "{error}; raise `zoom.tiles`, or lower `zoom.detail` or `zoom.visibility`"
+            )),
             error => Error::Missing(error.to_string()),
         }
     }
