@@ -4,7 +4,7 @@
 
 use super::{
     address::{Cell, Place},
-    height::{Corners, Patch, Refinement, Spine, Surface, Tile, base},
+    height::{Corners, Refinement, Shaded, Spine, Surface, Tile, base},
 };
 use crate::{
     gpu::{self, Buffer, Compute, Gpu, Recorder},
@@ -203,10 +203,10 @@ impl Tiles {
         let start;
         let patch = if cell.level == 0 {
             let [x, z] = [cell.x, cell.z].map(|first| (first as i64).wrapping_sub(1));
-            start = Patch::start(&self.surface, x, z, 4);
+            start = Shaded::start(&self.surface, x, z, 4);
             &start
         } else {
-            spine.patch(place, cell.level)
+            spine.shaded(place, cell.level)
         };
         Tile::from_patch(&self.surface, patch, cell, self.bits)
     }
