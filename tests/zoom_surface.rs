@@ -164,7 +164,8 @@ fn gradients_are_those_of_the_definition() {
     }
 }
 
-/// True slopes and gradients beside them at the vertices of the middle cell, amplitudes a cell: of each the mean square, and the largest difference.
+/// True slopes at the vertices of the middle cell, and what gradients miss of them, amplitudes a cell: the root of the mean square of each, and the
+/// most that is missed.
 fn drift(surface: &Surface, place: &Place, levels: std::ops::Range<u32>) -> [f64; 3] {
     let mut spine = Spine::new(*surface);
     let [mut slopes, mut missed, mut most, mut count] = [0.0; 4];
@@ -185,27 +186,28 @@ fn drift(surface: &Surface, place: &Place, levels: std::ops::Range<u32>) -> [f64
             }
         }
     }
-    [slopes / count, missed / count, most]
+    [(slopes / count).sqrt(), (missed / count).sqrt(), most]
 }
 
 /// What the surface is shaded by follows its true slope, at random places, whose slopes drift, and where the autopilot goes.
 #[test]
 fn gradients_keep_to_the_slope() {
-    for refinement in MODES {
+    for (refinement, variance) in [(Refinement::Triangles, 2.0 / 3.0), (Refinement::Bilinear, 4.0 / 9.0)] {
         let surface = surface(7, refinement);
-        let mut steered = Autopilot::new(surface);
-        for (name, place) in [
-            ("random", random_place(40, 4100)),
-            ("random", random_place(41, 4100)),
-            ("steered", steered.target(4030).clone()),
-        ] {
+        let steered = Autopilot::new(surface).target(4030).clone();
+        for (name, place) in
+            [("random", random_place(40, 4100)), ("random", random_place(41, 4100)), ("steered", steered)]
+        {
             for levels in [0..1000, 3000..4000] {
-                let [slopes, missed, most] = drift(&surface, &place, levels.clone()).map(|of| of);
+                let [slope, missed, most] = drift(&surface, &place, levels.clone());
                 println!(
-                    "{refinement:?}, {name}, {levels:?}: slope {:.2}, missed {:.2}, at most {most:.2}",
-                    slopes.sqrt(),
-                    missed.sqrt()
+                    "{refinement:?}, {name}, {levels:?}: slope {slope:.2}, missed {missed:.2}, at most {most:.2}"
                 );
+                // If all that is new in a slope were missed, and a 32nd of it forgotten a level: 3.3 and 2.7. Without forgetting it were 48 and 39 at the end.
+                // A thousand levels are sixty numbers, so this is known to 9 %. Five times as much is as good as never.
+                let expected = (32.0 / 2.0 * variance).sqrt();
+                assert!(missed < (1.0 + 4.0 * 0.09) * expected, "{name}: {missed} at {levels:?}");
+                assert!(most < 5.0 * expected, "{name}: {most} at {levels:?}");
             }
         }
     }
@@ -243,7 +245,9 @@ fn creases_do_not_show() {
         let [others, creases] = sums.map(|[sum, count]| sum / count);
         (creases / others).sqrt()
     });
-    println!("creases {slope:.2}, shaded {gradient:.2}");
+    println!("bends at creases over those elsewhere: {slope:.2}, and as shaded {gradient:.2}");
+    assert!(slope > 1.4, "{slope}: the surface has no creases to smooth");
+    assert!(gradient < 1.05, "{gradient}");
 }
 
 /// A spine that came to a level one by one, or from a checkpoint, or at once, or from elsewhere, has the same heights.
