@@ -108,19 +108,28 @@ impl Octave {
     /// An odd number in ±(2⁸ − 1), all equally likely: mean 0, variance (4⁸ − 1) / 3. It depends on the vertex and on nothing else, not on the
     /// tile that asks, so what two tiles share is the same in both.
     pub fn at(self, x: u64, z: u64) -> i32 {
-        let [x, z] = [x, z].map(|coordinate| (coordinate as u32, (coordinate >> 32) as u32));
-        let hash = mix(self.key ^ x.0);
-        let hash = mix(hash ^ x.1.wrapping_add(0x68bc_21eb));
-        let hash = mix(hash ^ z.0);
-        let hash = mix(hash ^ z.1.wrapping_add(0x02e5_be93));
-        2 * (hash >> (32 - FRACTION_BITS)) as i32 + 1 - AMPLITUDE as i32
+        Octave::in_column(self.column(x), z)
     }
 
     /// Those of a square of vertices, rows of x.
     fn square(self, x: u64, z: u64, size: usize) -> Vec<i32> {
-        let row =
-            |j: usize| (0..size).map(move |i| self.at(x.wrapping_add(i as u64), z.wrapping_add(j as u64)));
-        (0..size).flat_map(row).collect()
+        let columns: Vec<u32> = (0..size as u64).map(|i| self.column(x.wrapping_add(i))).collect();
+        let row = |j| columns.iter().map(move |column| Octave::in_column(*column, z.wrapping_add(j)));
+        let mut square = Vec::with_capacity(size * size);
+        (0..size as u64).for_each(|j| square.extend(row(j)));
+        square
+    }
+
+    /// The hash of a column.
+    fn column(self, x: u64) -> u32 {
+        let hash = mix(self.key ^ x as u32);
+        mix(hash ^ ((x >> 32) as u32).wrapping_add(0x68bc_21eb))
+    }
+
+    fn in_column(column: u32, z: u64) -> i32 {
+        let hash = mix(column ^ z as u32);
+        let hash = mix(hash ^ ((z >> 32) as u32).wrapping_add(0x02e5_be93));
+        2 * (hash >> (32 - FRACTION_BITS)) as i32 + 1 - AMPLITUDE as i32
     }
 }
 
@@ -202,14 +211,16 @@ impl Patch {
 
     /// A square of the next level that is all inside, from its random numbers.
     fn finer(&self, surface: &Surface, first: [usize; 2], noise: &[i32], size: usize) -> Patch {
-        let heights = noise.iter().enumerate().map(|(index, noise)| {
-            let fine = [first[0] + index % size, first[1] + index / size];
-            let [column, row] = fine.map(|fine| fine / 2);
-            let odd = fine.map(|fine| fine % 2 == 1);
-            let at = |right, down| self.heights[(row + down) * self.size + column + right];
-            twice(surface.refinement, odd, self.rises(column, row), at) + Wrapping((*noise).into())
-        });
-        let heights = heights.collect();
+        let mut heights = Vec::with_capacity(size * size);
+        for (fine_z, noise) in (first[1]..).zip(noise.chunks_exact(size)) {
+            let (row, odd_z) = (fine_z / 2, fine_z % 2 == 1);
+            for (fine_x, noise) in (first[0]..).zip(noise) {
+                let (column, odd_x) = (fine_x / 2, fine_x % 2 == 1);
+                let at = |right, down| self.heights[(row + down) * self.size + column + right];
+                let coarse = twice(surface.refinement, [odd_x, odd_z], self.rises(column, row), at);
+                heights.push(coarse + Wrapping((*noise).into()));
+            }
+        }
         Patch { first: self.first.descendant(1, first.map(|first| first as u64)), size, heights }
     }
 

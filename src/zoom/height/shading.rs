@@ -132,19 +132,20 @@ pub(super) fn finer(
     rises: impl Fn(usize, usize) -> bool,
     settled: impl Fn(usize, usize) -> Gradient,
 ) -> Vec<Gradient> {
-    let gradient = |index: usize| {
-        if !is_inner(size, index) {
-            return [0; 2];
+    let mut gradients = vec![[0; 2]; size * size];
+    let inner = 1..size.saturating_sub(1);
+    for j in inner.clone() {
+        let (row, odd_z) = ((first[1] + j) / 2, (first[1] + j) % 2 == 1);
+        for i in inner.clone() {
+            let (column, odd_x) = ((first[0] + i) / 2, (first[0] + i) % 2 == 1);
+            let ends = ends([odd_x, odd_z], rises(column, row));
+            let [near, far] = ends.map(|[right, down]| settled(column + right, row + down));
+            let octave = central(noise, size, j * size + i);
+            gradients[j * size + i] = from_fn(|axis| {
+                let half = far[axis].wrapping_sub(near[axis]) >> 1;
+                near[axis].wrapping_add(half).wrapping_add(octave[axis])
+            });
         }
-        let fine = [first[0] + index % size, first[1] + index / size];
-        let [column, row] = fine.map(|fine| fine / 2);
-        let ends = ends(fine.map(|fine| fine % 2 == 1), rises(column, row));
-        let [near, far] = ends.map(|[right, down]| settled(column + right, row + down));
-        let octave = [1, size].map(|step| noise[index + step] - noise[index - step]);
-        from_fn(|axis| {
-            let half = far[axis].wrapping_sub(near[axis]) >> 1;
-            near[axis].wrapping_add(half).wrapping_add(octave[axis])
-        })
-    };
-    (0..size * size).map(gradient).collect()
+    }
+    gradients
 }

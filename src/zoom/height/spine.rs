@@ -16,8 +16,8 @@ pub const REACH: u64 = 7;
 const CHECKPOINT_SIZE: usize = 12;
 const CHECKPOINT_REACH: u64 = 5;
 
-/// Levels from one checkpoint to the next: 2.2 bytes a level.
-const STRIDE: u32 = 1024;
+/// Levels from one checkpoint to the next: 1.6 bytes a level.
+const STRIDE: u32 = 1536;
 
 /// Levels that are kept as whole patches, the deepest ones: 4 KB each.
 const KEPT: usize = 640;

@@ -62,14 +62,16 @@ impl Tile {
         let [x, z] = outside(cell);
         let noise = surface.octave(cell.level + self.bits).square(x, z, side);
         let shift = Wrapping(base.wrapping_sub(self.base.wrapping_mul(2)) as i32);
-        let height = |(index, noise): (usize, &i32)| {
-            let fine = [first[0] + index % side, first[1] + index / side];
-            let [column, row] = fine.map(|fine| fine / 2);
-            let at = |right, down| self.heights[(row + down) * side + column + right];
-            let odd = fine.map(|fine| fine % 2 == 1);
-            twice(surface.refinement, odd, rises(column, row), at) + Wrapping(*noise) - shift
-        };
-        let heights = noise.iter().enumerate().map(height).collect();
+        let mut heights = Vec::with_capacity(side * side);
+        for (fine_z, noise) in (first[1]..).zip(noise.chunks_exact(side)) {
+            let (row, odd_z) = (fine_z / 2, fine_z % 2 == 1);
+            for (fine_x, noise) in (first[0]..).zip(noise) {
+                let (column, odd_x) = (fine_x / 2, fine_x % 2 == 1);
+                let at = |right, down| self.heights[(row + down) * side + column + right];
+                let coarse = twice(surface.refinement, [odd_x, odd_z], rises(column, row), at);
+                heights.push(coarse + Wrapping(*noise) - shift);
+            }
+        }
         let settled = |column, row| {
             let index = row * side + column;
             let slope = shading::central(&self.heights, side, index).map(|rise| rise.0);
