@@ -203,10 +203,10 @@ fn gradients_keep_to_the_slope() {
                 println!(
                     "{refinement:?}, {name}, {levels:?}: slope {slope:.2}, missed {missed:.2}, at most {most:.2}"
                 );
-                // If all that is new in a slope were missed, and a 32nd of it forgotten a level: 3.3 and 2.7. Without forgetting it were 52 and 42 at the end.
-                // A thousand levels are some sixty numbers, so this is known to 9 %. Five times as much is as good as never.
-                let expected = (32.0 / 2.0 * variance).sqrt();
-                assert!(missed < (1.0 + 4.0 * 0.09) * expected, "{name}: {missed} at {levels:?}");
+                // If all that is new in a slope were missed, and a 16th of that forgotten a level: 2.3 and 1.9. Without forgetting it were 52 and 42 at the end.
+                // A thousand levels are some 120 numbers, so this is known to 6 %. Five times as much is as good as never.
+                let expected = (16.0 / 2.0 * variance).sqrt();
+                assert!(missed < (1.0 + 4.0 * 0.06) * expected, "{name}: {missed} at {levels:?}");
                 assert!(most < 5.0 * expected, "{name}: {most} at {levels:?}");
             }
         }

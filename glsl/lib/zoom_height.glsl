@@ -48,7 +48,7 @@ void ends(uvec2 odd, bool rises, out uvec2 near, out uvec2 far) {
 }
 
 // log2 of the levels in which gradients forget what they have missed of the true slope.
-const int MEMORY_BITS = 5;
+const int MEMORY_BITS = 4;
 
 // A gradient, a step nearer to the true slope: what finer vertices get theirs from.
 ivec2 settled(ivec2 gradient, ivec2 slope) {

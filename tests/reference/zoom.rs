@@ -101,8 +101,8 @@ impl Naive {
                     .map(|end| {
                         let slope = central(end, |vertex| heights[vertex].clone());
                         let coarse = &gradients[end];
-                        // A 32nd of what is missing, rounded to the next whole number.
-                        [0, 1].map(|axis| &coarse[axis] + ((&slope[axis] - &coarse[axis] + 16) >> 5))
+                        // A 16th of what is missing, rounded to the next whole number.
+                        [0, 1].map(|axis| &coarse[axis] + ((&slope[axis] - &coarse[axis] + 8) >> 4))
                     })
                     .collect();
                 // Shifts of integers without bounds round down.

@@ -7,12 +7,16 @@
 //! ```text
 //! G(0, x, z) = ∇u(0, x, z)
 //! G(m + 1, x, z) = mean of G̃(m, …) at the ends of the edge or diagonal that the vertex splits + ∇u(m + 1, x, z)
-//! G̃ = G + (∇H − G) / 32
+//! G̃ = G + (∇H − G) / 16
 //! ```
 //!
 //! ∇ is the central difference, over two cells. Without the third line, gradients would be those of a smoother surface, which goes astray from the true one
-//! as the root of the depth; with it, they forget within some 32 levels what they have missed, and stay within some amplitudes a cell of the true slope. The
-//! greater the share, the closer they follow, and the more do creases show: at 1/8 large triangles can be told, at 1/32 they are gone.
+//! as the root of the depth; with it, they forget within some 16 levels what they have missed: over 4000 levels they are off by 0.9 amplitudes a cell (root
+//! mean square) and never by 4 on the autopilot's way, by 2 and never by 9 at random places, where slopes are 15. The share is a compromise: at 1/8, large
+//! triangles can be told in the shading; at 1/32 none can, but it has little to do with the relief, whose slopes over some ten cells it correlates with by 0.5, by
+//! 0.7 at 1/16, and by 0.9 at 1/8.
+//!
+//! Where an octave fades in, a vertex comes from the mean of G itself, which is what the coarser level is drawn with.
 //!
 //! # What is needed
 //! A vertex needs G and ∇H, that is H at four neighbours, at the ends of the coarse edge it splits. If a square of vertices has gradients at all but the
@@ -30,7 +34,7 @@ use std::array::from_fn;
 pub type Gradient = [i32; 2];
 
 /// log₂ of the levels in which gradients forget what they have missed of the true slope.
-const MEMORY_BITS: u32 = 5;
+const MEMORY_BITS: u32 = 4;
 
 /// A square of vertices with the gradients that it is shaded by.
 #[derive(Clone, Debug, PartialEq, Eq)]
