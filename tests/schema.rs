@@ -176,6 +176,7 @@ const BEYOND: &[&str] = &[
     "names \"",
     "must not be less than",
     "leaves no depth to grow in",
+    "leaves no place to stand",
     "has no use here",
     "must rise",
     "asks for too much work",
