@@ -23,9 +23,10 @@ struct TileJob {
 };
 
 layout(binding = 0, scalar) buffer Heights { int heights[]; };
-layout(binding = 1, scalar) buffer GradientsX { int gradients_x[]; };
-layout(binding = 2, scalar) buffer GradientsZ { int gradients_z[]; };
-// Of each seed all heights, then all gradients along x, and those along z.
+// Gradients, the parts to the east and to the south.
+layout(binding = 1, scalar) buffer East { int east[]; };
+layout(binding = 2, scalar) buffer South { int south[]; };
+// Of each seed all heights, then all gradients to the east, and those to the south.
 layout(binding = 3, scalar) readonly buffer Seeds { int seeds[]; };
 layout(binding = 4, scalar) readonly buffer Jobs { TileJob jobs[]; };
 
@@ -40,7 +41,7 @@ int noise_at(TileJob job, uvec2 at) {
 ivec2 settled_at(uint slot, uvec2 at) {
     uint index = slot * VERTICES + at.y * SIDE + at.x;
     ivec2 slope = ivec2(heights[index + 1u] - heights[index - 1u], heights[index + SIDE] - heights[index - SIDE]);
-    return settled(ivec2(gradients_x[index], gradients_z[index]), slope);
+    return settled(ivec2(east[index], south[index]), slope);
 }
 
 void main() {
@@ -51,8 +52,8 @@ void main() {
     if (job.seeded == 1u) {
         uint seed = job.source * 3u * VERTICES + vertex;
         heights[target] = seeds[seed];
-        gradients_x[target] = seeds[seed + VERTICES];
-        gradients_z[target] = seeds[seed + 2u * VERTICES];
+        east[target] = seeds[seed + VERTICES];
+        south[target] = seeds[seed + 2u * VERTICES];
         return;
     }
     uvec2 own = uvec2(vertex % SIDE, vertex / SIDE);
@@ -79,6 +80,6 @@ void main() {
                              noise_at(job, own + SOUTH) - noise_at(job, own - SOUTH));
         gradient = first + (second - first >> 1) + octave;
     }
-    gradients_x[target] = gradient.x;
-    gradients_z[target] = gradient.y;
+    east[target] = gradient.x;
+    south[target] = gradient.y;
 }

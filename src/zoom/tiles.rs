@@ -36,7 +36,7 @@ pub struct Tiles {
     bits: u32,
     pass: Compute<Shader>,
     heights: Buffer<i32>,
-    /// Along x and z. Two buffers, so that none is longer than that of heights: devices need not read more than 128 MiB as one.
+    /// To the east and to the south. Two buffers, so that none is longer than that of heights: devices need not read more than 128 MiB as one.
     gradients: [Buffer<i32>; 2],
     seeds: Buffer<i32>,
     jobs: Buffer<TileJob>,
@@ -93,7 +93,7 @@ impl Tiles {
             bits,
             pass: Compute::new(gpu, constants)?,
             heights: pool("tile heights")?,
-            gradients: [pool("tile gradients x")?, pool("tile gradients z")?],
+            gradients: [pool("tile gradients east")?, pool("tile gradients south")?],
             seeds: Buffer::new(gpu, "tile seeds", 3 * vertices(bits) * SEEDS)?,
             jobs: Buffer::new(gpu, "tile jobs", JOBS)?,
             slots: HashMap::new(),
@@ -107,7 +107,7 @@ impl Tiles {
         &self.heights
     }
 
-    /// What all slots are shaded by, along x and along z, as heights are.
+    /// What all slots are shaded by, rises to the east and to the south, as heights are.
     pub fn gradients(&self) -> [&Buffer<i32>; 2] {
         self.gradients.each_ref()
     }
@@ -270,14 +270,8 @@ impl Tiles {
         let mut jobs = batch.to_vec();
         jobs.resize(JOBS, TileJob::default());
         rec.upload(&self.jobs, &jobs);
-        let [gradients_x, gradients_z] = self.gradients();
-        let bindings = Bindings {
-            heights: &self.heights,
-            gradients_x,
-            gradients_z,
-            seeds: &self.seeds,
-            jobs: &self.jobs,
-        };
+        let [east, south] = self.gradients();
+        let bindings = Bindings { heights: &self.heights, east, south, seeds: &self.seeds, jobs: &self.jobs };
         let work = [vertices(self.bits) as u32, batch.len() as u32];
         rec.dispatch(&self.pass, work, (), bindings);
     }
