@@ -1,5 +1,6 @@
-//! Disks that fail under the program: whichever access to the files that it makes is refused, it says so and exits with 7, what was
-//! there is whole, nothing unfinished is left, and the same command makes the same bytes when the disk is sound again.
+//! Disks that fail under the program: whichever access to its files is refused, it says so and exits with 7, what was there is whole,
+//! nothing unfinished is left, and the same command makes the same bytes when the disk is sound again. All accesses are tried for pictures
+//! that finish, exports and the cache; chosen ones while pictures are traced, for each try compiles shaders.
 //!
 //! The program is the one that is shipped: `faults/faults.c` is loaded before the C library and stands for the disk.
 

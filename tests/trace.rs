@@ -10,7 +10,7 @@ use terrane::core::grid::Grid;
 use terrane::core::hash::mix;
 use terrane::core::mesh::Mesh;
 use terrane::gpu::{Buffer, Compute, Gpu, Recorder};
-use terrane::scene::{Film, Instance, Material, Scene, Sky, SkyMap, Sun, ToneMap};
+use terrane::scene::{Film, Instance, Material, Scene, Sky, SkyMap, Sun, ToneMap, View};
 use terrane::shaders::Trial;
 use terrane::shaders::trace::{scatter, waves};
 use terrane::trace::{Assets, Meeting, Ray, Settings, Tracer, Traversal, ground};
@@ -753,6 +753,7 @@ fn frames_have_their_assets_in_common() {
     let things = [0.8, 0.3].map(|radius| (ball(Vec3::ZERO, radius, 1.0, 16, false), grey(0.5)));
     let first = sky(with(empty(&gpu), things.to_vec()), 1.0);
     let mut second = first.clone();
+    second.camera.view = View::LookAt { position: Vec3::new(50.0, 9.0, 7.0), target: Vec3::ZERO };
     let moved = |x: f32, model: u32| {
         let position = Vec3::new(x, -2.0, 0.5);
         Instance { model, position, ..first.population.instances[0] }

@@ -1,4 +1,4 @@
-//! Tiles of a zoom on the device: every height is the one that the CPU has, whatever was made before.
+//! Tiles of a zoom on the device: every height and gradient is the one that the CPU has, whatever was made before.
 
 mod kit;
 
@@ -6,7 +6,7 @@ use terrane::{
     gpu::{Gpu, Recorder},
     zoom::{
         address::{Cell, Place},
-        height::{Corners, Patch, REACH, Refinement, Roughness, Spine, Surface, Tile},
+        height::{Corners, REACH, Refinement, Roughness, Shaded, Spine, Surface, Tile},
         motion::{Autopilot, Depth},
         tiles::{Made, Tiles},
         tree::{Detail, Tree},
@@ -40,27 +40,32 @@ fn own(spine: &mut Spine, place: &Place, level: u32) -> (Cell, Corners) {
     (place.cell(level), patch.corners(REACH as usize, REACH as usize))
 }
 
-fn heights(gpu: &Gpu, tiles: &Tiles) -> Vec<i32> {
+/// Heights, and gradients along x and z, of all slots.
+fn download(gpu: &Gpu, tiles: &Tiles) -> [Vec<i32>; 3] {
+    let [x, z] = tiles.gradients();
     let mut rec = Recorder::new(gpu);
-    let all = rec.download(tiles.heights());
-    all.take(&rec.submit().unwrap().wait().unwrap())
+    let all = [tiles.heights(), x, z].map(|buffer| rec.download(buffer));
+    let done = rec.submit().unwrap().wait().unwrap();
+    all.map(|part| part.take(&done))
 }
 
 /// Compares tiles that are there with those of the CPU.
-fn check(all: &[i32], tiles: &Tiles, spine: &mut Spine, place: &Place, cells: &[Cell], bits: u32) {
+fn check(all: &[Vec<i32>; 3], tiles: &Tiles, spine: &mut Spine, place: &Place, cells: &[Cell], bits: u32) {
     let surface = *spine.surface();
     for cell in cells {
         let slot = tiles.slot(*cell).expect("it is there");
         let vertices = ((1 << bits) + 3usize).pow(2);
-        let here = &all[slot.index as usize * vertices..][..vertices];
-        let [x, z] = [cell.x, cell.z].map(|first| first.wrapping_sub(1));
+        let [heights, x, z] = all.each_ref().map(|part| &part[slot.index as usize * vertices..][..vertices]);
+        let [first_x, first_z] = [cell.x, cell.z].map(|first| first.wrapping_sub(1));
         let patch = match cell.level.checked_sub(1) {
-            None => Patch::start(&surface, x as i64, z as i64, 4),
-            Some(coarser) => spine.patch(place, coarser).refine(&surface, x, z, 4).unwrap(),
+            None => Shaded::start(&surface, first_x as i64, first_z as i64, 4),
+            Some(coarser) => spine.shaded(place, coarser).refine(&surface, first_x, first_z, 4).unwrap(),
         };
         let exact = Tile::from_patch(&surface, &patch, *cell, bits).unwrap();
         assert_eq!(slot.base, exact.base, "{cell:?}");
-        assert!(here.iter().copied().eq(exact.heights()), "{cell:?}");
+        assert!(heights.iter().copied().eq(exact.heights()), "{cell:?}");
+        let gradients = x.iter().zip(z).map(|(x, z)| [*x, *z]);
+        assert!(gradients.eq(exact.gradients().iter().copied()), "gradients of {cell:?}");
     }
 }
 
@@ -82,14 +87,14 @@ fn chain(gpu: &Gpu, refinement: Refinement, bits: u32, slots: u32, levels: u32) 
         }
         rec.submit().unwrap().wait().unwrap();
         let cells: Vec<Cell> = batch.iter().map(|level| place.cell(*level)).collect();
-        check(&heights(gpu, &tiles), &tiles, &mut spine, &place, &cells, bits);
+        check(&download(gpu, &tiles), &tiles, &mut spine, &place, &cells, bits);
         compared += cells.len() * ((1 << bits) + 3usize).pow(2);
     }
     compared
 }
 
 #[test]
-fn the_device_has_the_heights_of_the_cpu() {
+fn the_device_has_the_surface_of_the_cpu() {
     let gpu = kit::gpu();
     for refinement in MODES {
         chain(&gpu, refinement, 4, 400, 800);
@@ -99,7 +104,7 @@ fn the_device_has_the_heights_of_the_cpu() {
 
 #[test]
 #[ignore = "minutes: make test-long"]
-fn the_device_has_the_heights_of_the_cpu_for_ten_thousand_levels() {
+fn the_device_has_the_surface_of_the_cpu_for_ten_thousand_levels() {
     let gpu = kit::gpu();
     for refinement in MODES {
         let compared = chain(&gpu, refinement, 7, 400, 10_000);
@@ -141,7 +146,7 @@ fn a_pool_forgets_and_makes_again() {
                 let again = tiles.make(&mut rec, &mut spine, &place, tree.nodes(), budget);
                 assert_eq!(again, Made::default());
             }
-            check(&heights(&gpu, &tiles), &tiles, &mut spine, &place, &there, BITS);
+            check(&download(&gpu, &tiles), &tiles, &mut spine, &place, &there, BITS);
         }
         println!("{slots} slots: {made} tiles made");
         assert_eq!(gpu.memory().used, bytes, "nothing grows");
@@ -168,7 +173,7 @@ fn places_with_the_same_last_digits_are_told_apart() {
     let [own, other] = [&place, &moved].map(|place| place.cell(280));
     assert_eq!((own.x, own.z), (other.x, other.z));
     for (place, cell) in [(&place, own), (&moved, other)] {
-        check(&heights(&gpu, &tiles), &tiles, &mut spine, place, &[cell], 4);
+        check(&download(&gpu, &tiles), &tiles, &mut spine, place, &[cell], 4);
     }
 }
 
@@ -186,7 +191,7 @@ fn a_small_pool_makes_what_it_can() {
     assert_eq!(made, Made { tiles: 5, waiting: 4 });
     rec.submit().unwrap().wait().unwrap();
     let cells: Vec<Cell> = (0..5).map(|level| place.cell(level)).collect();
-    check(&heights(&gpu, &tiles), &tiles, &mut spine, &place, &cells, 4);
+    check(&download(&gpu, &tiles), &tiles, &mut spine, &place, &cells, 4);
     tiles.clear();
     assert!(tiles.slot(cells[0]).is_none());
 }

@@ -1,4 +1,4 @@
-// The surface of a zoom in 32-bit words, the twin of zoom/height. Additions wrap, shifts of signed numbers keep the sign: the same
+// The surface of a zoom in 32-bit words and what it is shaded by, the twin of zoom/height. Additions wrap, shifts of signed numbers keep the sign: the same
 // on every device.
 #ifndef ZOOM_HEIGHT_GLSL
 #define ZOOM_HEIGHT_GLSL
@@ -37,6 +37,22 @@ int twice(bool bilinear, bvec2 odd, bool rises, int a, int b, int c, int d) {
     // Differences, because halves of numbers that have wrapped are wrong.
     if (bilinear) return a + a + (b - a + (c - a) + (d - a) >> 1);
     return rises ? a + d : b + c;
+}
+
+// What a vertex of the next level lies between: the ends of the coarse edge or diagonal that it is the middle of, as corners (x, z) of the coarse
+// cell that begins at or before it, or twice the vertex that it is.
+void ends(uvec2 odd, bool rises, out uvec2 near, out uvec2 far) {
+    bool falls = odd == uvec2(1u) && !rises;
+    near = falls ? uvec2(1u, 0u) : uvec2(0u);
+    far = falls ? uvec2(0u, 1u) : odd;
+}
+
+// log2 of the levels in which gradients forget what they have missed of the true slope.
+const int MEMORY_BITS = 4;
+
+// A gradient, a step nearer to the true slope: what finer vertices get theirs from.
+ivec2 settled(ivec2 gradient, ivec2 slope) {
+    return gradient + (slope - gradient + (1 << MEMORY_BITS - 1) >> MEMORY_BITS);
 }
 
 #endif

@@ -4,7 +4,7 @@
 
 use super::{
     address::{Cell, Place},
-    height::{Corners, Patch, Refinement, Spine, Surface, Tile, base},
+    height::{Corners, Refinement, Shaded, Spine, Surface, Tile, base},
 };
 use crate::{
     gpu::{self, Buffer, Compute, Gpu, Recorder},
@@ -18,11 +18,16 @@ use std::collections::{BTreeMap, HashMap};
 /// Tiles that are made by one upload of jobs.
 const JOBS: usize = 256;
 
-/// Tiles whose heights one upload has.
+/// Tiles that one upload has the vertices of.
 const SEEDS: usize = 4;
 
 /// Levels above a tile that missing ancestors are made for. What has none there is made by the CPU at the last of them.
 const ANCESTORS: u32 = 4;
+
+/// Vertices of a tile, with the ring.
+fn vertices(bits: u32) -> usize {
+    ((1 << bits) + 3usize).pow(2)
+}
 
 /// Tiles and where they are.
 pub struct Tiles {
@@ -31,6 +36,8 @@ pub struct Tiles {
     bits: u32,
     pass: Compute<Shader>,
     heights: Buffer<i32>,
+    /// To the east and to the south. Two buffers, so that none is longer than that of heights: devices need not read more than 128 MiB as one.
+    gradients: [Buffer<i32>; 2],
     seeds: Buffer<i32>,
     jobs: Buffer<TileJob>,
     slots: HashMap<Cell, Slot>,
@@ -42,7 +49,7 @@ pub struct Tiles {
 /// Where a tile is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slot {
-    /// Heights begin at this times (N + 3)².
+    /// Heights and gradients begin at this times (N + 3)².
     pub index: u32,
     /// What they are differences to, modulo 2⁶⁴.
     pub base: i64,
@@ -63,16 +70,15 @@ pub struct Made {
 struct Plan {
     /// By level, since a tile needs its parent.
     jobs: BTreeMap<u32, Vec<TileJob>>,
-    /// Heights of tiles that have no parent.
+    /// Tiles that have no parent.
     seeds: Vec<Tile>,
     count: usize,
 }
 
 impl Tiles {
-    /// Bytes of a slot.
+    /// Bytes of a slot: a height and a gradient for each vertex.
     pub fn slot_bytes(bits: u32) -> u64 {
-        let side = (1u64 << bits) + 3;
-        side * side * size_of::<i32>() as u64
+        vertices(bits) as u64 * 3 * size_of::<i32>() as u64
     }
 
     /// A pool of `slots` tiles of 2^`bits` quads along a side.
@@ -80,14 +86,15 @@ impl Tiles {
     /// # Errors
     /// If the device has no room for so many.
     pub fn new(gpu: &Gpu, surface: Surface, bits: u32, slots: u32) -> gpu::Result<Tiles> {
-        let vertices = (Self::slot_bytes(bits) / size_of::<i32>() as u64) as usize;
+        let pool = |name| Buffer::new(gpu, name, vertices(bits) * slots as usize);
         let constants = Constants { bits, bilinear: surface.refinement == Refinement::Bilinear };
         Ok(Tiles {
             surface,
             bits,
             pass: Compute::new(gpu, constants)?,
-            heights: Buffer::new(gpu, "tiles", vertices * slots as usize)?,
-            seeds: Buffer::new(gpu, "tile seeds", vertices * SEEDS)?,
+            heights: pool("tile heights")?,
+            gradients: [pool("tile gradients east")?, pool("tile gradients south")?],
+            seeds: Buffer::new(gpu, "tile seeds", 3 * vertices(bits) * SEEDS)?,
             jobs: Buffer::new(gpu, "tile jobs", JOBS)?,
             slots: HashMap::new(),
             free: (0..slots).rev().collect(),
@@ -98,6 +105,11 @@ impl Tiles {
     /// Heights of all slots: (N + 3)² each, rows of x, as [`Tile`] has them.
     pub fn heights(&self) -> &Buffer<i32> {
         &self.heights
+    }
+
+    /// What all slots are shaded by, rises to the east and to the south, as heights are.
+    pub fn gradients(&self) -> [&Buffer<i32>; 2] {
+        self.gradients.each_ref()
     }
 
     /// Where a tile is, if it is there.
@@ -203,10 +215,10 @@ impl Tiles {
         let start;
         let patch = if cell.level == 0 {
             let [x, z] = [cell.x, cell.z].map(|first| (first as i64).wrapping_sub(1));
-            start = Patch::start(&self.surface, x, z, 4);
+            start = Shaded::start(&self.surface, x, z, 4);
             &start
         } else {
-            spine.patch(place, cell.level)
+            spine.shaded(place, cell.level)
         };
         Tile::from_patch(&self.surface, patch, cell, self.bits)
     }
@@ -233,29 +245,34 @@ impl Tiles {
 
     /// One level after the other.
     fn record(&self, rec: &mut Recorder, plan: Plan) {
-        let vertices = (Self::slot_bytes(self.bits) / size_of::<i32>() as u64) as u32;
         for jobs in plan.jobs.into_values() {
             let (seeded, others): (Vec<_>, Vec<_>) = jobs.into_iter().partition(|job| job.seeded == 1);
             for batch in seeded.chunks(SEEDS) {
-                let mut heights = Vec::with_capacity(self.seeds.len());
+                let mut values = Vec::with_capacity(self.seeds.len());
                 let mut batch = batch.to_vec();
                 for (source, job) in (0..).zip(&mut batch) {
-                    heights.extend(plan.seeds[job.source as usize].heights());
+                    let seed = &plan.seeds[job.source as usize];
+                    values.extend(seed.heights());
+                    for axis in 0..2 {
+                        values.extend(seed.gradients().iter().map(|gradient| gradient[axis]));
+                    }
                     job.source = source;
                 }
-                heights.resize(self.seeds.len(), 0);
-                rec.upload(&self.seeds, &heights);
-                self.dispatch(rec, &batch, vertices);
+                values.resize(self.seeds.len(), 0);
+                rec.upload(&self.seeds, &values);
+                self.dispatch(rec, &batch);
             }
-            others.chunks(JOBS).for_each(|batch| self.dispatch(rec, batch, vertices));
+            others.chunks(JOBS).for_each(|batch| self.dispatch(rec, batch));
         }
     }
 
-    fn dispatch(&self, rec: &mut Recorder, batch: &[TileJob], vertices: u32) {
+    fn dispatch(&self, rec: &mut Recorder, batch: &[TileJob]) {
         let mut jobs = batch.to_vec();
         jobs.resize(JOBS, TileJob::default());
         rec.upload(&self.jobs, &jobs);
-        let bindings = Bindings { heights: &self.heights, seeds: &self.seeds, jobs: &self.jobs };
-        rec.dispatch(&self.pass, [vertices, batch.len() as u32], (), bindings);
+        let [east, south] = self.gradients();
+        let bindings = Bindings { heights: &self.heights, east, south, seeds: &self.seeds, jobs: &self.jobs };
+        let work = [vertices(self.bits) as u32, batch.len() as u32];
+        rec.dispatch(&self.pass, work, (), bindings);
     }
 }

@@ -27,6 +27,16 @@ pub fn low(number: &BigInt) -> u64 {
     u64::try_from(remainder).expect("64 bits")
 }
 
+/// The vertices east, west, south and north of one.
+fn around((x, z): &Vertex) -> [Vertex; 4] {
+    [(x + 1, z.clone()), (x - 1, z.clone()), (x.clone(), z + 1), (x.clone(), z - 1)]
+}
+
+fn central(vertex: &Vertex, at: impl Fn(&Vertex) -> BigInt) -> [BigInt; 2] {
+    let [east, west, south, north] = around(vertex).map(|vertex| at(&vertex));
+    [east - west, south - north]
+}
+
 fn is_odd(number: &BigInt) -> bool {
     number.bit(0)
 }
@@ -63,6 +73,54 @@ impl Naive {
             heights = vertices.iter().map(|vertex| (vertex.clone(), height(vertex))).collect();
         }
         vertices.iter().map(|vertex| heights[vertex].clone()).collect()
+    }
+
+    /// What vertices of a level are shaded by: rises along x and z over two cells.
+    pub fn gradients(&self, level: u32, vertices: &[Vertex]) -> Vec<[BigInt; 2]> {
+        // Which gradients are needed, and which heights, from the last level to the first.
+        let mut needed = vec![(vertices.iter().cloned().collect::<BTreeSet<Vertex>>(), BTreeSet::new())];
+        for _ in 0..level {
+            let (shaded, high) = needed.last().expect("never empty");
+            let coarser: BTreeSet<Vertex> = shaded.iter().flat_map(|vertex| self.ends(vertex)).collect();
+            let around = coarser.iter().flat_map(around);
+            let high = high.iter().flat_map(|vertex| self.parents(vertex)).chain(around).collect();
+            needed.push((coarser, high));
+        }
+        let mut heights: BTreeMap<Vertex, BigInt> = BTreeMap::new();
+        let mut gradients: BTreeMap<Vertex, [BigInt; 2]> = BTreeMap::new();
+        for (level, (shaded, high)) in needed.iter().rev().enumerate() {
+            let noise = |(x, z): &Vertex| BigInt::from(self.noise(level as u32, x, z));
+            let gradient = |vertex: &Vertex| {
+                let own = central(vertex, noise);
+                if level == 0 {
+                    return own;
+                }
+                let ends: Vec<[BigInt; 2]> = self
+                    .ends(vertex)
+                    .iter()
+                    .map(|end| {
+                        let slope = central(end, |vertex| heights[vertex].clone());
+                        let coarse = &gradients[end];
+                        // A 16th of what is missing, rounded to the next whole number.
+                        [0, 1].map(|axis| &coarse[axis] + ((&slope[axis] - &coarse[axis] + 8) >> 4))
+                    })
+                    .collect();
+                // Shifts of integers without bounds round down.
+                [0, 1].map(|axis| ((&ends[0][axis] + &ends[ends.len() - 1][axis]) >> 1) + &own[axis])
+            };
+            gradients = shaded.iter().map(|vertex| (vertex.clone(), gradient(vertex))).collect();
+            let height = |vertex: &Vertex| match level {
+                0 => noise(vertex),
+                _ => self.twice(&heights, &vertex.0, &vertex.1) + noise(vertex),
+            };
+            heights = high.iter().map(|vertex| (vertex.clone(), height(vertex))).collect();
+        }
+        vertices.iter().map(|vertex| gradients[vertex].clone()).collect()
+    }
+
+    /// The coarse vertex that a vertex is, or the two that it is in the middle of.
+    fn ends(&self, vertex: &Vertex) -> Vec<Vertex> {
+        Naive { bilinear: false, ..*self }.parents(vertex)
     }
 
     /// The coarser vertices that a vertex hangs on.

@@ -19,9 +19,11 @@
 //! would cure it: a surface of bounded slope is differentiable almost everywhere (Rademacher), that is, flat to who comes near. There are always places of
 //! bounded slope, though, and [`motion`](super::motion) leads to them.
 
+mod shading;
 mod spine;
 mod tile;
 
+pub use shading::{Gradient, Shaded};
 pub use spine::{REACH, Spine};
 pub use tile::{Tile, base};
 
@@ -106,11 +108,27 @@ impl Octave {
     /// An odd number in ±(2⁸ − 1), all equally likely: mean 0, variance (4⁸ − 1) / 3. It depends on the vertex and on nothing else, not on the
     /// tile that asks, so what two tiles share is the same in both.
     pub fn at(self, x: u64, z: u64) -> i32 {
-        let [x, z] = [x, z].map(|coordinate| (coordinate as u32, (coordinate >> 32) as u32));
-        let hash = mix(self.key ^ x.0);
-        let hash = mix(hash ^ x.1.wrapping_add(0x68bc_21eb));
-        let hash = mix(hash ^ z.0);
-        let hash = mix(hash ^ z.1.wrapping_add(0x02e5_be93));
+        Octave::in_column(self.column(x), z)
+    }
+
+    /// Those of a square of vertices, rows of x.
+    fn square(self, x: u64, z: u64, size: usize) -> Vec<i32> {
+        let columns: Vec<u32> = (0..size as u64).map(|i| self.column(x.wrapping_add(i))).collect();
+        let row = |j| columns.iter().map(move |column| Octave::in_column(*column, z.wrapping_add(j)));
+        let mut square = Vec::with_capacity(size * size);
+        (0..size as u64).for_each(|j| square.extend(row(j)));
+        square
+    }
+
+    /// The hash of a column.
+    fn column(self, x: u64) -> u32 {
+        let hash = mix(self.key ^ x as u32);
+        mix(hash ^ ((x >> 32) as u32).wrapping_add(0x68bc_21eb))
+    }
+
+    fn in_column(column: u32, z: u64) -> i32 {
+        let hash = mix(column ^ z as u32);
+        let hash = mix(hash ^ ((z >> 32) as u32).wrapping_add(0x02e5_be93));
         2 * (hash >> (32 - FRACTION_BITS)) as i32 + 1 - AMPLITUDE as i32
     }
 }
@@ -128,6 +146,15 @@ trait Integer: Copy + Add<Output = Self> + Sub<Output = Self> + Shr<usize, Outpu
 
 impl<T: Copy + Add<Output = T> + Sub<Output = T> + Shr<usize, Output = T>> Integer for T {}
 
+/// What a vertex of the next level lies between: the ends of the coarse edge or diagonal that it is the middle of, as corners of the coarse cell by 0 or 1
+/// along x and z, or twice the coarse vertex that it is.
+fn ends(odd: [bool; 2], rises: bool) -> [[usize; 2]; 2] {
+    match odd {
+        [true, true] if !rises => [[1, 0], [0, 1]],
+        [odd_x, odd_z] => [[0, 0], [odd_x.into(), odd_z.into()]],
+    }
+}
+
 /// Twice the height of a coarser surface at a vertex of the next level: a coarse vertex if both coordinates are even, else the middle of a coarse edge
 /// or cell. `at` gives the corners of the coarse cell, by 0 or 1 along x and z; those that are not needed are not asked for.
 fn twice<T: Integer>(
@@ -136,18 +163,13 @@ fn twice<T: Integer>(
     rises: bool,
     at: impl Fn(usize, usize) -> T,
 ) -> T {
-    let a = at(0, 0);
-    match odd {
-        [false, false] => a + a,
-        [true, false] => a + at(1, 0),
-        [false, true] => a + at(0, 1),
-        [true, true] => match refinement {
-            Refinement::Triangles if rises => a + at(1, 1),
-            Refinement::Triangles => at(1, 0) + at(0, 1),
-            // Differences, because halves of numbers that have wrapped are wrong.
-            Refinement::Bilinear => a + a + ((at(1, 0) - a + (at(0, 1) - a) + (at(1, 1) - a)) >> 1),
-        },
+    if refinement == Refinement::Bilinear && odd == [true, true] {
+        let a = at(0, 0);
+        // Differences, because halves of numbers that have wrapped are wrong.
+        return a + a + ((at(1, 0) - a + (at(0, 1) - a) + (at(1, 1) - a)) >> 1);
     }
+    let [first, second] = ends(odd, rises).map(|[right, down]| at(right, down));
+    first + second
 }
 
 /// A square of vertices of one level, and their heights modulo 2⁶⁴.
@@ -164,42 +186,47 @@ pub struct Patch {
 impl Patch {
     /// Vertices of level 0.
     pub fn start(surface: &Surface, x: i64, z: i64, size: usize) -> Patch {
-        let octave = surface.octave(0);
         let first = Cell::whole(x, z);
-        let row = |j: usize| {
-            let z = first.z.wrapping_add(j as u64);
-            (0..size).map(move |i| Wrapping(octave.at(first.x.wrapping_add(i as u64), z).into()))
-        };
-        Patch { first, size, heights: (0..size).flat_map(row).collect() }
+        let noise = surface.octave(0).square(first.x, first.z, size);
+        Patch { first, size, heights: noise.into_iter().map(|noise| Wrapping(noise.into())).collect() }
     }
 
     /// Vertices of the next level, from `x` and `z` on. `None` if some of them hang on vertices that are not here.
     pub fn refine(&self, surface: &Surface, x: u64, z: u64, size: usize) -> Option<Patch> {
+        let first = self.offset(x, z, size, 0)?;
+        Some(self.finer(surface, first, &surface.octave(self.level() + 1).square(x, z, size), size))
+    }
+
+    /// Where a square of the next level begins, counted from the first vertex here. `None` if some of it is less than `margin` of its vertices from the edge of
+    /// this square.
+    fn offset(&self, x: u64, z: u64, size: usize, margin: u64) -> Option<[usize; 2]> {
         // Counted from the first vertex here, which coordinates modulo 2⁶⁴ can be.
-        let own = self.first;
-        let first = [x.wrapping_sub(own.x.wrapping_mul(2)), z.wrapping_sub(own.z.wrapping_mul(2))];
-        let end = first.map(|first| first.checked_add(size as u64));
-        let most = 2 * self.size as u64 - 1;
-        if size == 0 || end.iter().any(|end| end.is_none_or(|end| end > most)) {
-            return None;
-        }
-        let octave = surface.octave(own.level + 1);
-        let [first_x, first_z] = first.map(|first| first as usize);
+        let first =
+            [(x, self.first.x), (z, self.first.z)].map(|(fine, own)| fine.wrapping_sub(own.wrapping_mul(2)));
+        let most = (2 * self.size as u64).checked_sub(1 + margin)?;
+        let is_inside =
+            |first: &u64| *first >= margin && first.checked_add(size as u64).is_some_and(|end| end <= most);
+        (size > 0 && first.iter().all(is_inside)).then(|| first.map(|first| first as usize))
+    }
+
+    /// A square of the next level that is all inside, from its random numbers.
+    fn finer(&self, surface: &Surface, first: [usize; 2], noise: &[i32], size: usize) -> Patch {
         let mut heights = Vec::with_capacity(size * size);
-        for j in first_z..first_z + size {
-            let (row, odd_z) = (j / 2, j % 2 == 1);
-            let fine_z = z.wrapping_add((j - first_z) as u64);
-            for i in first_x..first_x + size {
-                let (column, odd_x) = (i / 2, i % 2 == 1);
-                let rises = rises(own.x.wrapping_add(column as u64), own.z.wrapping_add(row as u64));
-                let coarse = twice(surface.refinement, [odd_x, odd_z], rises, |right, down| {
-                    self.heights[(row + down) * self.size + column + right]
-                });
-                let noise = octave.at(x.wrapping_add((i - first_x) as u64), fine_z);
-                heights.push(coarse + Wrapping(noise.into()));
+        for (fine_z, noise) in (first[1]..).zip(noise.chunks_exact(size)) {
+            let (row, odd_z) = (fine_z / 2, fine_z % 2 == 1);
+            for (fine_x, noise) in (first[0]..).zip(noise) {
+                let (column, odd_x) = (fine_x / 2, fine_x % 2 == 1);
+                let at = |right, down| self.heights[(row + down) * self.size + column + right];
+                let coarse = twice(surface.refinement, [odd_x, odd_z], self.rises(column, row), at);
+                heights.push(coarse + Wrapping((*noise).into()));
             }
         }
-        Some(Patch { first: own.descendant(1, first), size, heights })
+        Patch { first: self.first.descendant(1, first.map(|first| first as u64)), size, heights }
+    }
+
+    /// Whether the diagonal of a cell [`rises`], the cell counted from the first vertex.
+    fn rises(&self, column: usize, row: usize) -> bool {
+        rises(self.first.x.wrapping_add(column as u64), self.first.z.wrapping_add(row as u64))
     }
 
     /// A part of the same level, `None` if it reaches beyond.
@@ -209,8 +236,7 @@ impl Patch {
             return None;
         }
         let [column, row] = first.map(|first| first as usize);
-        let rows = self.heights.chunks_exact(self.size).skip(row).take(size);
-        let heights = rows.flat_map(|row| row[column..column + size].iter().copied()).collect();
+        let heights = part(&self.heights, self.size, [column, row], size);
         Some(Patch { first: self.cell(column, row), size, heights })
     }
 
@@ -248,6 +274,12 @@ impl Patch {
     pub fn level(&self) -> u32 {
         self.first.level
     }
+}
+
+/// A part of a square of values that is all inside.
+fn part<T: Copy>(values: &[T], side: usize, [column, row]: [usize; 2], size: usize) -> Vec<T> {
+    let rows = values.chunks_exact(side).skip(row).take(size);
+    rows.flat_map(|row| row[column..column + size].iter().copied()).collect()
 }
 
 /// Heights at the corners 00, 10, 01, 11 (x, z) of a cell, modulo 2⁶⁴. Differences between them are exact.

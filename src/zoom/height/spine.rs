@@ -1,6 +1,6 @@
 //! Heights around a place at every level: what tiles, distances and flights start from.
 
-use super::{FRACTION_BITS, Patch, Surface};
+use super::{FRACTION_BITS, Patch, Shaded, Surface};
 use crate::zoom::address::{Fixed, Place};
 use std::collections::VecDeque;
 
@@ -16,10 +16,10 @@ pub const REACH: u64 = 7;
 const CHECKPOINT_SIZE: usize = 12;
 const CHECKPOINT_REACH: u64 = 5;
 
-/// Levels from one checkpoint to the next: 1.2 bytes a level.
-const STRIDE: u32 = 1024;
+/// Levels from one checkpoint to the next: 1.6 bytes a level.
+const STRIDE: u32 = 1536;
 
-/// Levels that are kept as whole patches, the deepest ones: 2 KB each.
+/// Levels that are kept as whole patches, the deepest ones: 4 KB each.
 const KEPT: usize = 640;
 
 /// The patches around a place. They depend on the place and the surface alone; which of them are kept only decides how soon they are there.
@@ -27,9 +27,9 @@ const KEPT: usize = 640;
 pub struct Spine {
     surface: Surface,
     /// Patches of consecutive levels. Each is right for some place that was asked for, not necessarily the last one.
-    patches: VecDeque<Patch>,
+    patches: VecDeque<Shaded>,
     /// Patches of the levels `STRIDE`, 2 `STRIDE`, and so on.
-    checkpoints: Vec<Patch>,
+    checkpoints: Vec<Shaded>,
 }
 
 /// Where the patch of a level begins, for a place.
@@ -49,14 +49,19 @@ impl Spine {
     /// Bytes of what is kept.
     pub fn bytes(&self) -> usize {
         let patches = self.patches.iter().chain(&self.checkpoints);
-        patches.map(|patch| size_of::<Patch>() + patch.size * patch.size * size_of::<i64>()).sum()
+        patches.map(Shaded::bytes).sum()
     }
 
     /// The patch of a level whose middle cell (the one [`REACH`] from the first) is the place's.
     pub fn patch(&mut self, place: &Place, level: u32) -> &Patch {
+        self.shaded(place, level).patch()
+    }
+
+    /// The same with what it is shaded by.
+    pub fn shaded(&mut self, place: &Place, level: u32) -> &Shaded {
         match self.last_useful(place, level) {
             Some(start) => {
-                for level in self.patches[start].level() + 1..=level {
+                for level in self.patches[start].patch().level() + 1..=level {
                     self.extend(place, level);
                 }
             }
@@ -80,18 +85,18 @@ impl Spine {
 
     /// The level of the first patch that is kept.
     fn first_level(&self) -> u32 {
-        self.patches.front().map_or(0, |front| front.level())
+        self.patches.front().map_or(0, |front| front.patch().level())
     }
 
     /// Which kept patch is the one of this level, or else the last before that the next one can be made from.
     fn last_useful(&self, place: &Place, level: u32) -> Option<usize> {
         let index = level.checked_sub(self.first_level())? as usize;
-        let fits = |patch: &Patch| patch.cell(REACH as usize, REACH as usize) == place.cell(level);
+        let fits = |kept: &Shaded| kept.patch().cell(REACH as usize, REACH as usize) == place.cell(level);
         if self.patches.get(index).is_some_and(fits) {
             return Some(index);
         }
         let before = index.min(self.patches.len());
-        (0..before).rev().find(|before| serves(&self.patches[*before], place))
+        (0..before).rev().find(|before| serves(self.patches[*before].patch(), place))
     }
 
     /// Makes the patch of a level from the one before, which is kept and serves. It then serves, too, its middle being the place's.
@@ -115,19 +120,20 @@ impl Spine {
         self.patches.clear();
         let kept = level.saturating_sub(KEPT as u32 / 2);
         let passed = (kept / STRIDE).min(self.checkpoints.len() as u32) as usize;
-        let checkpoint = self.checkpoints[..passed].iter().rfind(|patch| serves(patch, place)).cloned();
+        let checkpoint = self.checkpoints[..passed].iter().rfind(|kept| serves(kept.patch(), place)).cloned();
         let start = |reach, size| {
             let [x, z] = first(place, 0, reach).map(|first| first as i64);
-            Patch::start(&self.surface, x, z, size)
+            Shaded::start(&self.surface, x, z, size)
         };
         if kept == 0 {
             self.patches.push_back(start(REACH, SIZE));
         } else {
             let mut patch = checkpoint.unwrap_or_else(|| start(CHECKPOINT_REACH, CHECKPOINT_SIZE));
-            while patch.level() <= kept {
-                let wide = patch.level() == kept;
+            while patch.patch().level() <= kept {
+                let level = patch.patch().level() + 1;
+                let wide = level > kept;
                 let (reach, size) = if wide { (REACH, SIZE) } else { (CHECKPOINT_REACH, CHECKPOINT_SIZE) };
-                let [x, z] = first(place, patch.level() + 1, reach);
+                let [x, z] = first(place, level, reach);
                 patch = patch.refine(&self.surface, x, z, size).expect("checkpoints serve");
                 self.keep_checkpoint(place, &patch);
             }
@@ -139,13 +145,14 @@ impl Spine {
     }
 
     /// Keeps the middle of a patch if its level has a checkpoint. Those before are there, or were passed just now.
-    fn keep_checkpoint(&mut self, place: &Place, patch: &Patch) {
-        if patch.level() == 0 || !patch.level().is_multiple_of(STRIDE) {
+    fn keep_checkpoint(&mut self, place: &Place, patch: &Shaded) {
+        let level = patch.patch().level();
+        if level == 0 || !level.is_multiple_of(STRIDE) {
             return;
         }
-        let [x, z] = first(place, patch.level(), CHECKPOINT_REACH);
+        let [x, z] = first(place, level, CHECKPOINT_REACH);
         let Some(middle) = patch.part(x, z, CHECKPOINT_SIZE) else { return };
-        let index = (patch.level() / STRIDE) as usize - 1;
+        let index = (level / STRIDE) as usize - 1;
         if index < self.checkpoints.len() {
             self.checkpoints[index] = middle;
         } else {
@@ -159,7 +166,9 @@ fn serves(patch: &Patch, place: &Place) -> bool {
     let Some([column, row]) = patch.find(place.cell(patch.level())) else { return false };
     let next = [&place.x, &place.z].map(|number| (number.slice(patch.level() + 1) & 1) as usize);
     let is_inside = |middle: usize, half: usize| {
-        (2 * middle + half).checked_sub(REACH as usize).is_some_and(|first| first + SIZE < 2 * patch.size)
+        let first = (2 * middle + half).checked_sub(REACH as usize);
+        // Not from its outermost vertices, which have no gradients.
+        first.is_some_and(|first| first > 0 && first + SIZE < 2 * patch.size - 1)
     };
     is_inside(column, next[0]) && is_inside(row, next[1])
 }

@@ -127,7 +127,8 @@ impl Checkpoint {
         };
     }
 
-    fn remove(&self) {
+    /// Leaves no generation: what they held is elsewhere.
+    pub fn remove(&self) {
         let _ = fs::remove_file(&self.path);
         let _ = fs::remove_file(&self.older);
     }

@@ -354,6 +354,7 @@ impl<'a> Job<'a> {
             let found = if is_there { checkpoint.load(session)? } else { Found::Nothing };
             let finished = matches!(found, Found::Finished(how) if how == self.limits());
             if finished {
+                checkpoint.settle();
                 session.report.frame(frame, &file::found(&shot.path)?, true);
             }
             return Ok(finished);
@@ -372,6 +373,7 @@ impl<'a> Job<'a> {
             if let Found::Sums(sums, _) = own.load(session)?
                 && goal.is_done(&sums, &Noise::default())
             {
+                checkpoint.remove();
                 self.leave(shot, "has all its samples", session)?;
                 return Ok(true);
             }
