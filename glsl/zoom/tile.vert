@@ -43,6 +43,9 @@ struct TileView {
 
 layout(binding = 1, scalar) readonly buffer Heights { int heights[]; };
 layout(binding = 2, scalar) readonly buffer Tiles { TileView tiles[]; };
+// What the surface is shaded by, over two spacings.
+layout(binding = 3, scalar) readonly buffer East { int east[]; };
+layout(binding = 4, scalar) readonly buffer South { int south[]; };
 
 layout(location = 0) out vec3 place;
 layout(location = 1) out vec2 slope;        // rise to the east and to the south
@@ -51,10 +54,14 @@ layout(location = 3) out float relief;
 
 const int SIDE = 1 << int(BITS);
 
-// A height at a vertex counted from the tile's first. There is a ring of one more around.
-int height(uint slot, ivec2 at) {
+// Where a vertex is that is counted from the tile's first. There is a ring of one more around.
+uint index(uint slot, ivec2 at) {
     uint side = uint(SIDE + 3);
-    return heights[slot * side * side + uint(at.y + 1) * side + uint(at.x + 1)];
+    return slot * side * side + uint(at.y + 1) * side + uint(at.x + 1);
+}
+
+int height(uint slot, ivec2 at) {
+    return heights[index(slot, at)];
 }
 
 // The surface at a vertex, as its level has it.
@@ -71,11 +78,10 @@ float on_triangles(bool rises, vec2 t, float b, float c, float d) {
 }
 
 Ground ground_at(TileSource source, ivec2 at, uint level) {
-    int west = height(source.slot, at - ivec2(1, 0)), east = height(source.slot, at + ivec2(1, 0));
-    int north = height(source.slot, at - ivec2(0, 1)), south = height(source.slot, at + ivec2(0, 1));
+    uint vertex = index(source.slot, at);
     Ground ground;
-    ground.slope = 0.5 * push.slope * vec2(east - west, south - north);
-    int here = height(source.slot, at) + source.rise;
+    ground.slope = 0.5 * push.slope * vec2(east[vertex], south[vertex]);
+    int here = heights[vertex] + source.rise;
     float above = float(here);
     if (source.reference != NO_SLOT) {
         ivec2 fine = ivec2(source.first[0], source.first[1]) + at;
@@ -143,10 +149,10 @@ void main() {
     if (on.z && has(tile.borders, 2u) || on.w && has(tile.borders, 3u)) at.x &= ~1;
 
     int octave = noise(tile.key, plus(uvec2(tile.x[0], tile.x[1]), uint(at.x)), plus(uvec2(tile.z[0], tile.z[1]), uint(at.y)));
-    int64_t east = tile.origin[0] + (int64_t(at.x) << tile.shift);
-    int64_t south = tile.origin[2] + (int64_t(at.y) << tile.shift);
+    int64_t eastward = tile.origin[0] + (int64_t(at.x) << tile.shift);
+    int64_t southward = tile.origin[2] + (int64_t(at.y) << tile.shift);
     int64_t coarse_up = tile.origin[1] + (int64_t(height(tile.own.slot, at) - octave) << tile.height_shift);
-    precise vec3 coarse_place = push.unit * vec3(float(east), float(coarse_up), float(south));
+    precise vec3 coarse_place = push.unit * vec3(float(eastward), float(coarse_up), float(southward));
 
     float share = 1.0;
     if (!has(tile.borders, 16u)) {

@@ -301,12 +301,15 @@ impl Renderer {
             first_vertex: 0,
             instances: 0..seen.len() as u32,
         };
+        let [east, south] = self.tiles.gradients();
         rec.render(&targets, |draws| {
             let bindings = tile::Bindings {
                 frame: &lit.frame,
                 panorama: &lit.panorama,
                 heights: self.tiles.heights(),
                 tiles: &instances,
+                east,
+                south,
             };
             draws.draw_indexed(&self.pass, &self.indices, &draw, push, bindings);
         });
