@@ -70,7 +70,7 @@ fn it_is_a_schema() {
 
 #[test]
 fn shipped_worlds_pass_and_lead_to_it() {
-    for path in files("configs/island") {
+    for path in files("configs/island").into_iter().chain(files("configs/zoom")) {
         let text = fs::read_to_string(&path).unwrap();
         let world = json(text.parse::<DocumentMut>().unwrap().as_item());
         assert_eq!(complaints(&world), [""; 0], "{}", path.display());

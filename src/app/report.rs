@@ -74,6 +74,17 @@ struct Frame {
     found: bool,
     #[serde(flatten)]
     output: Output,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    flown: Option<Flown>,
+}
+
+/// What a frame of a zoom took.
+#[derive(Serialize)]
+pub struct Flown {
+    /// −log₂ of the distance to the surface in cells of level 0.
+    pub depth: f64,
+    pub tiles_drawn: usize,
+    pub tiles_made: usize,
 }
 
 #[derive(Serialize)]
@@ -113,7 +124,12 @@ impl Report {
 
     /// A frame is there, made now or `found`.
     pub fn frame(&mut self, number: u32, file: &Written, found: bool) {
-        self.frames.push(Frame { number, found, output: Output::of(file) });
+        self.frames.push(Frame { number, found, output: Output::of(file), flown: None });
+    }
+
+    /// A frame of a zoom is there.
+    pub fn flown(&mut self, number: u32, file: &Written, flown: Flown) {
+        self.frames.push(Frame { number, found: false, output: Output::of(file), flown: Some(flown) });
     }
 
     /// How many files were written.

@@ -1,7 +1,7 @@
 //! The uniform block that every pass of a picture reads.
 
 use super::dome::sky_irradiance;
-use super::{ByHeight, Film, Mixture, Perez, Scene, Sky, Snow, Surface};
+use super::{Air, ByHeight, Film, Light, Mixture, Perez, Scene, Sky, Snow, Sun, Surface};
 use crate::core::camera::Pinhole;
 use crate::core::memory::Memory;
 use crate::gpu::{self, Buffer, Gpu, Recorder};
@@ -14,25 +14,15 @@ const NEAR: f32 = 0.5;
 /// renderer makes use, are left 0.
 pub fn frame(scene: &Scene, film: &Film, side: u32, camera: &Pinhole) -> Frame {
     let Scene { ground, light, sea, surface, .. } = scene;
-    let samples = [film.width * side, film.height * side].map(|side| side as f32);
     let frame = Frame {
-        eye: camera.eye.to_array(),
-        right: camera.right.to_array(),
-        up: camera.up.to_array(),
-        forward: camera.forward.to_array(),
-        tangent: camera.tangent,
-        samples,
-        sample_angle: 2.0 * camera.tangent[1] / samples[1],
         near: NEAR,
         extent: ground.grid.extent,
         cell_size: ground.grid.cell_size(),
         cells: ground.grid.cells as i32,
         sea_level: ground.sea_level,
-        sky_irradiance: sky_irradiance(&light.sky),
         attenuation: sea.attenuation,
         deep_colour: sea.deep_colour,
         roughness: sea.roughness,
-        clouds: light.clouds,
         grass: surface.grass,
         dry_grass: surface.dry_grass,
         rock: surface.rock,
@@ -45,9 +35,31 @@ pub fn frame(scene: &Scene, film: &Film, side: u32, camera: &Pinhole) -> Frame {
         beach_slope: surface.beach_slope,
         patch_size: surface.patch_size,
         crowns: surface.crowns,
+        ..light_frame(light, film, side, camera)
+    };
+    with_surface(frame, surface)
+}
+
+/// What a picture begins with that shows sky and light, but no ground of a [`Scene`].
+pub fn light_frame(light: &Light, film: &Film, side: u32, camera: &Pinhole) -> Frame {
+    let samples = [film.width * side, film.height * side].map(|side| side as f32);
+    let frame = Frame {
+        eye: camera.eye.to_array(),
+        right: camera.right.to_array(),
+        up: camera.up.to_array(),
+        forward: camera.forward.to_array(),
+        tangent: camera.tangent,
+        samples,
+        sample_angle: 2.0 * camera.tangent[1] / samples[1],
         ..Frame::default()
     };
-    with_air(with_sky(with_sun(with_surface(frame, surface), scene), &light.sky), scene)
+    with_light(frame, light)
+}
+
+fn with_light(frame: Frame, light: &Light) -> Frame {
+    let Light { sky, sun, air, clouds } = light;
+    let frame = Frame { sky_irradiance: sky_irradiance(sky), clouds: *clouds, ..frame };
+    with_air(with_sky(with_sun(frame, *sun), sky), *air)
 }
 
 fn with_surface(mut frame: Frame, surface: &Surface) -> Frame {
@@ -67,8 +79,8 @@ fn tint(mixture: Mixture) -> shaders::Tint {
     shaders::Tint { from: reflectance, to: second_reflectance, position_factor, value_factor }
 }
 
-fn with_sun(frame: Frame, scene: &Scene) -> Frame {
-    let Some(sun) = scene.light.sun else {
+fn with_sun(frame: Frame, sun: Option<Sun>) -> Frame {
+    let Some(sun) = sun else {
         return Frame { sun_direction: [0.0, 1.0, 0.0], sun_radius: 1e-4, ..frame };
     };
     Frame {
@@ -142,8 +154,8 @@ fn with_perez(frame: Frame, perez: &Perez) -> Frame {
     }
 }
 
-fn with_air(frame: Frame, scene: &Scene) -> Frame {
-    let Some(air) = scene.light.air else {
+fn with_air(frame: Frame, air: Option<Air>) -> Frame {
+    let Some(air) = air else {
         // No density, whatever the height.
         return Frame { molecule_height: 1e9, haze_height: 1e9, ..frame };
     };

@@ -10,6 +10,7 @@ use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
 use crate::terrain::{Boundary, FARTHEST_GROUND, hydraulic, reef, thermal};
 use crate::trace::MOST_SAMPLES;
+use crate::zoom::height::{Refinement, Roughness};
 
 pub const NONE: Unit = Unit { symbol: "", factor: 1.0 };
 pub const M: Unit = Unit { symbol: "m", factor: 1.0 };
@@ -71,6 +72,8 @@ section! {
         models: Vec<models::Model> = list(table::<models::Model>(), 0..=256, "[]"),
         /// Where plants stand: rules, from the largest plants to the smallest.
         plants: Vec<planting::Rule> = list(planting::rule(), 0..=64, "[]"),
+        /// An endless approach to a fractal surface, in place of land and sea.
+        zoom: Option<Zoom> = word_or("none", "A world of land and sea.", table::<Zoom>()),
         /// Where the picture is seen from.
         camera: Camera = table::<Camera>(),
         /// The picture itself.
@@ -766,6 +769,38 @@ section! {
 
 /// Least distance of a camera on the ground from the edge, metres.
 pub const EDGE_OFFSET: f64 = 10.0;
+
+// Zoom ---------------------------------------------------------------------------------------------------------------
+
+section! {
+    /// A surface with detail at every scale, and a flight down to a spot on it, for ever. Lengths are in cells of its coarsest
+    /// lattice; each level has cells half as large.
+    struct Zoom {
+        /// How near the spot the picture is, or the first frame: 2 to the power of −depth cells.
+        depth: f64 = exact(number(0.0, NONE, 0.0..=1e6)),
+        /// Levels from one frame to the next.
+        levels_per_frame: f64 = exact(number(0.03125, NONE, 0.0..=1e3)),
+        /// What is between the vertices of a coarser level.
+        refinement: Refinement = choice([
+            ("triangles", "the triangles that are drawn: finer levels begin as what they replace", Refinement::Triangles),
+            ("bilinear", "bilinear patches, rounded down (Tunković 2018)", Refinement::Bilinear),
+        ]),
+        /// How high a level's noise is.
+        roughness: Roughness = choice([
+            ("quarter", "a quarter of its cells: hills", Roughness::Quarter),
+            ("half", "half of its cells: crags", Roughness::Half),
+            ("whole", "its cells: needles", Roughness::Whole),
+        ]),
+        /// Log₂ of the quads along a side of a tile.
+        tile: u32 = whole(5, 2..=7),
+        /// Tiles nearer than this many of their sides are split.
+        detail: f32 = number(2.0, NONE, 1.72..=16.0).usual(1.72..=4.0),
+        /// Octaves of distance, from the nearest ground on, to where nothing is seen but sky.
+        visibility: u32 = whole(16, 4..=32),
+        /// Tiles that the device keeps.
+        tiles: u32 = whole(12_000, 1000..=65_536),
+    }
+}
 
 section! {
     /// The picture itself.

@@ -22,7 +22,7 @@ pub mod species;
 pub mod thesis;
 
 pub use json_schema::{json_schema, json_schema_of_species};
-pub use keys::{MOST_FRAMES, Renderer};
+pub use keys::{MOST_FRAMES, Renderer, Zoom};
 pub use place::KeyPath;
 pub use reference::{reference, reference_of_species};
 
@@ -62,6 +62,8 @@ pub struct World {
     pub viewpoint: scene::Viewpoint,
     /// The way of the camera through a film.
     pub camera_path: scene::CameraPath,
+    /// What there is in place of land and sea.
+    pub zoom: Option<Zoom>,
     /// Vertical field of view, radians.
     pub fov: f32,
     pub film: scene::Film,
@@ -217,7 +219,7 @@ fn parse_made(
     }
     let (species, places) = species.into_iter().unzip();
     warnings.extend(sources.sentences(&remarks));
-    let keys::World { format: (), seed, sea, surface, camera, render, .. } = written;
+    let keys::World { format: (), seed, sea, surface, zoom, camera, render, .. } = written;
     Ok(World {
         name: path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default(),
         path,
@@ -231,6 +233,7 @@ fn parse_made(
         written: places,
         viewpoint,
         camera_path,
+        zoom,
         fov: camera.fov,
         film,
         renderer: render.renderer,

@@ -2,7 +2,7 @@
 //!
 //! The surface is a pure function of a seed and of whole numbers ([`height`]), and a place on it is as many binary digits as
 //! its depth needs ([`address`]). All else follows from these two: which tiles are looked at ([`tree`]), how far the ground is and
-//! where a flight leads ([`motion`]). Whatever is kept is kept for speed alone: thrown away, it comes again, bit for bit.
+//! where a flight leads ([`motion`]), and what is drawn of it and how ([`tiles`], [`view`]). Whatever is kept is kept for speed alone: thrown away, it comes again, bit for bit.
 //!
 //! After Tunković, "Real time fractal noise rendering using multiresolution square grid", Zagreb 2018, whose heights are floats.
 //!
@@ -13,3 +13,4 @@ pub mod height;
 pub mod motion;
 pub mod tiles;
 pub mod tree;
+pub mod view;

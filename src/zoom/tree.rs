@@ -59,11 +59,13 @@ pub struct Detail(f64);
 
 impl Default for Detail {
     fn default() -> Self {
-        Detail(2.0)
+        Detail::COMMON
     }
 }
 
 impl Detail {
+    pub const COMMON: Detail = Detail(2.0);
+
     /// The least at which octaves fade in within one level: a tile's diagonal must fit between where its vertices are all there and where it is replaced.
     pub const LEAST: f64 = 1.72;
 

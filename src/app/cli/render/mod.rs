@@ -4,6 +4,7 @@ mod checkpoint;
 mod frames;
 pub mod picture;
 mod trace;
+mod zoom;
 
 use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use super::output::{Place, check_extension};
@@ -48,9 +49,13 @@ pub struct Arguments {
     #[arg(long, value_name = "X,Y,W,H", value_parser = frames::crop)]
     crop: Option<Crop>,
 
-    /// Make these frames of the way that the world's camera.keyframes describe, B not among them
+    /// Make these frames of the way that the world's camera.keyframes describe, or its zoom, B not among them
     #[arg(long, value_name = "A..B", value_parser = frames::frames)]
     frames: Option<Range<u32>>,
+
+    /// The frames of a zoom are those of the way back: the first is what the last of the way in is
+    #[arg(long = "return", requires = "frames")]
+    back: bool,
 
     /// Trace only these samples of every pixel, B not among them, and write a shard for `terrane merge`
     #[arg(long, value_name = "A..B", value_parser = frames::samples, requires = "of",
@@ -108,6 +113,12 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     job.place.prepare(job.shot(job.shots.start).path.file_name().and_then(|name| name.to_str()))?;
 
     interrupt::listen();
+    if let Some(zoom) = &world.zoom {
+        return job.fly(zoom, session);
+    }
+    if arguments.back {
+        return Err(Error::Missing("--return: the world has no `zoom`".into()));
+    }
     let mut work = Work { shots: job.shots.clone(), gathered: None };
     let mut losses = 0;
     loop {
@@ -503,6 +514,19 @@ impl<'a> Job<'a> {
         session: &mut Session,
     ) -> Result<(), Error> {
         let picture = raster(studio.raster()?, scene, &self.film, session)?;
+        let written = self.write(shot, picture, session)?;
+        match shot.frame {
+            Some(frame) => {
+                self.checkpoint(studio, shot)?.finish(self.limits())?;
+                session.report.frame(frame, &written, false);
+            }
+            None => session.report.wrote(&written),
+        }
+        Ok(())
+    }
+
+    /// Writes what is asked for of a picture.
+    fn write(&self, shot: &Shot, picture: Picture, session: &mut Session) -> Result<Written, Error> {
         self.place.make()?;
         let (path, Crop { origin, size }) = (&shot.path, self.crop);
         let picture = picture.cut(origin, size);
@@ -525,14 +549,7 @@ impl<'a> Job<'a> {
             }
         };
         session.progress.say(&format!("wrote {}, {} × {} pixels", path.display(), size[0], size[1]));
-        match shot.frame {
-            Some(frame) => {
-                self.checkpoint(studio, shot)?.finish(self.limits())?;
-                session.report.frame(frame, &written, false);
-            }
-            None => session.report.wrote(&written),
-        }
-        Ok(())
+        Ok(written)
     }
 }
 
@@ -580,7 +597,7 @@ impl Studio<'_> {
 
 /// The names of frames.
 fn frames_of(world: &World, named: Named) -> Result<Name, Error> {
-    if world.camera_path.keys.is_empty() {
+    if world.zoom.is_none() && world.camera_path.keys.is_empty() {
         let advice = "write where the camera is in some of them: \
                       `camera.keyframes = [{ frame = 0, position = [0, 100, 500], target = [0, 0, 0] }, { frame = 60, position = \
                       [500, 100, 0] }]`";

@@ -1,0 +1,269 @@
+//! Pictures of a zoom: no holes, no pops, the same bits again.
+
+mod kit;
+
+use glam::DVec3;
+use kit::program::{good, json, terrane, told};
+use serde_json::Value;
+use std::path::Path;
+use terrane::{
+    core::camera::direction,
+    scene::{Film, Light, Picture, Sun, ToneMap},
+    sky::preetham,
+    zoom::{
+        address::{Attitude, Place},
+        height::{Refinement, Roughness, Spine, Surface},
+        motion::{Autopilot, Depth},
+        tree::Detail,
+        view::{Renderer, Settings, View},
+    },
+};
+
+/// The least tiles and the coarsest detail that papers speak of: N = 16, c = 32.
+const SETTINGS: Settings = Settings { bits: 4, detail: Detail::COMMON, octaves: 24, slots: 8000, samples: 1 };
+
+const FILM: Film = Film { width: 160, height: 90, exposure: 1.0 / 20_000.0, tone_map: ToneMap::Filmic };
+
+fn surface(seed: u32) -> Surface {
+    Surface { seed, refinement: Refinement::Triangles, roughness: Roughness::Quarter }
+}
+
+fn light() -> Light {
+    let toward = direction(2.0, 0.5);
+    let sun = Sun { direction: toward, irradiance: [98_000.0, 92_000.0, 80_000.0], diameter: 0.0093 };
+    Light { sky: preetham::sky(2.6, toward.as_dvec3()), sun: Some(sun), air: None, clouds: 0.0 }
+}
+
+struct Words(u64);
+
+impl Words {
+    fn next(&mut self) -> u32 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 32) as u32
+    }
+}
+
+/// A place of random digits, about a cell of the level above the surface.
+fn random_place(spine: &mut Spine, words: &mut Words, level: u32) -> Place {
+    let mut place = Place::default();
+    for digits in (32..level + 64).step_by(32) {
+        place.x.add(words.next().into(), digits);
+        place.z.add(words.next().into(), digits);
+    }
+    place.y = spine.ground(&place, level + 24);
+    // Amplitudes are quarters of cells.
+    place.y.add(4 + i64::from(words.next() % 8), level);
+    place
+}
+
+fn steered(surface: Surface, depth: Depth) -> View {
+    let pose = Autopilot::new(surface).at(&mut Spine::new(surface), depth);
+    View { place: pose.place, attitude: pose.attitude, fov: 1.0, level: depth.whole() }
+}
+
+/// Degrees to parts of a turn.
+fn turn(degrees: f64) -> u16 {
+    (degrees / 360.0 * 65_536.0).round() as i64 as u16
+}
+
+/// The surface is a function of where one stands, so what a column of a picture that looks straight ahead shows is sky, and ground below that:
+/// nothing in it can be a hole but sky below ground.
+fn holes_ahead(ranges: &[f32]) -> usize {
+    let width = FILM.width as usize;
+    let column = |column: usize| ranges.iter().skip(column).step_by(width);
+    (0..width)
+        .map(|at| column(at).skip_while(|range| **range == 0.0).filter(|range| **range == 0.0).count())
+        .sum()
+}
+
+#[test]
+fn there_are_no_holes() {
+    let gpu = kit::gpu();
+    let mut words = Words(4);
+    let (mut looked_at, mut ground) = (0, 0);
+    for seed in 0..3 {
+        let surface = surface(seed);
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+        for index in 0..12 {
+            let level = words.next() % 60;
+            let is_steered = index % 2 == 0;
+            let place = if is_steered {
+                steered(surface, Depth(u64::from(level) << 16 | u64::from(words.next() % 65_536))).place
+            } else {
+                random_place(renderer.spine(), &mut words, level)
+            };
+            let yaw = words.next() as u16;
+            let view = |pitch: f64, fov: f64| View {
+                place: place.clone(),
+                attitude: Attitude { yaw, pitch: turn(pitch), roll: 0 },
+                fov: fov.to_radians() as f32,
+                level,
+            };
+            let ahead = renderer.ranges(&view(0.0, 120.0), &light(), &FILM).unwrap();
+            assert_eq!(holes_ahead(&ahead), 0, "seed {seed}, level {level}, steered: {is_steered}");
+            // Straight down, where nothing is so steep that a ray misses it.
+            let down = renderer.ranges(&view(-90.0, 20.0), &light(), &FILM).unwrap();
+            let holes = down.iter().filter(|range| **range == 0.0).count();
+            assert_eq!(holes, 0, "down; seed {seed}, level {level}, steered: {is_steered}");
+            looked_at += ahead.len() + down.len();
+            ground += ahead.iter().chain(&down).filter(|range| **range > 0.0).count();
+        }
+    }
+    println!("{looked_at} samples, {ground} of the ground");
+    assert!(ground > looked_at / 2);
+}
+
+fn shot(renderer: &mut Renderer, view: &View) -> Picture {
+    renderer.render(view, &light(), &FILM).unwrap().picture
+}
+
+#[test]
+fn the_same_view_is_the_same_picture() {
+    let gpu = kit::gpu();
+    let surface = surface(5);
+    let views = [0, 7 << 16, 30 << 15, 500 << 16, 501 << 16].map(|depth| steered(surface, Depth(depth)));
+    let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+    let first: Vec<Picture> = views.iter().map(|view| shot(&mut renderer, view)).collect();
+    // The way back, then from nothing, then each by one that has drawn nothing else.
+    for (view, picture) in views.iter().zip(&first).rev() {
+        assert!(shot(&mut renderer, view) == *picture);
+    }
+    for (view, picture) in views.iter().zip(&first) {
+        renderer.clear();
+        assert!(shot(&mut renderer, view) == *picture);
+        assert!(shot(&mut Renderer::new(&gpu, surface, SETTINGS).unwrap(), view) == *picture);
+    }
+    // They show something, and something else each.
+    for (index, picture) in first.iter().enumerate() {
+        let bytes = picture.developed(ToneMap::Filmic);
+        let distinct = bytes.iter().collect::<std::collections::HashSet<_>>().len();
+        assert!(distinct > 50, "view {index}: {distinct} values");
+        assert!(first[..index].iter().all(|other| other != picture));
+    }
+}
+
+/// Two places that differ by nothing that could be seen, in one of which a tile is split that the other shows whole.
+fn places_at_a_split(renderer: &mut Renderer, start: &View, depth: u32) -> Option<[View; 2]> {
+    const DIGITS: u32 = 40;
+    let raised = |amount: i64| {
+        let mut view = start.clone();
+        view.place.y.add(amount, depth + DIGITS);
+        view
+    };
+    let mut leaves = |amount: i64| {
+        let leaves = renderer.select(&raised(amount)).unwrap().tree.leaves();
+        leaves.into_iter().map(|leaf| leaf.cell).collect::<Vec<_>>()
+    };
+    let (mut low, mut high) = (0, 1i64 << (DIGITS - 3));
+    let first = leaves(low);
+    if first == leaves(high) {
+        return None;
+    }
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if leaves(middle) == first { low = middle } else { high = middle }
+    }
+    Some([raised(low), raised(high)])
+}
+
+/// A tile that one of two places shows and the other splits, so looked at from both that it is in the middle of the picture.
+fn look_at_the_split(renderer: &mut Renderer, views: &mut [View; 2]) {
+    let mut tree = |index: usize| renderer.select(&views[index]).unwrap().tree;
+    let trees = [tree(0), tree(1)];
+    let cells = [0, 1]
+        .map(|index: usize| trees[index].leaves().into_iter().map(|leaf| leaf.cell).collect::<Vec<_>>());
+    let only = |one: usize| trees[one].leaves().into_iter().find(|leaf| !cells[1 - one].contains(&leaf.cell));
+    let [from, to] = [only(0), only(1)].map(|leaf| leaf.expect("they differ"));
+    let leaf = if from.cell.level < to.cell.level { from } else { to };
+    let eye = trees[0].eye(leaf.cell.level).expect("a level of the tree");
+    let [low, high] = eye.bounds(leaf.cell.x, leaf.cell.z, leaf.corners).map(DVec3::from_array);
+    let middle = 0.5 * (low + high);
+    let attitude = Attitude {
+        yaw: turn(middle.x.atan2(-middle.z).to_degrees()),
+        pitch: turn((middle.y / middle.length()).asin().to_degrees()),
+        roll: 0,
+    };
+    views.iter_mut().for_each(|view| view.attitude = attitude);
+}
+
+/// A tile begins as its parent's surface ends. Devices round where a vertex is seen to a part of a pixel, so the outline of a ridge may lose or win a
+/// pixel when its edges are cut in two; nothing else changes.
+#[test]
+fn nothing_pops_when_a_tile_is_split() {
+    let gpu = kit::gpu();
+    let (mut splits, mut outlines, mut changed) = (0, 0, 0);
+    for seed in 0..4 {
+        let surface = surface(seed);
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+        for depth in [3, 9, 33, 70, 200] {
+            let start = steered(surface, Depth::level(depth));
+            let Some(mut views) = places_at_a_split(&mut renderer, &start, depth) else { continue };
+            look_at_the_split(&mut renderer, &mut views);
+            splits += 1;
+            let pictures = [0, 1].map(|index: usize| shot(&mut renderer, &views[index]));
+            changed +=
+                pictures[0].pixels.iter().zip(&pictures[1].pixels).filter(|(from, to)| from != to).count();
+            let mut ranges = |index: usize| renderer.ranges(&views[index], &light(), &FILM).unwrap();
+            let ranges = [ranges(0), ranges(1)];
+            let [from, to] = [0, 1].map(|index: usize| pictures[index].developed(ToneMap::Filmic));
+            let pixels = from.as_chunks::<3>().0.iter().zip(to.as_chunks::<3>().0);
+            for (at, (from, to)) in pixels.enumerate() {
+                let worst = (0..3).map(|channel| from[channel].abs_diff(to[channel])).max().unwrap();
+                if (ranges[1][at] / ranges[0][at] - 1.0).abs() > 1e-3 {
+                    outlines += 1;
+                } else {
+                    assert!(worst <= 1, "seed {seed}, depth {depth}, pixel {at}: {worst}");
+                }
+            }
+        }
+    }
+    println!("{splits} splits, {changed} pixels not the same bits, {outlines} of outlines not the same");
+    assert!(splits > 8 && changed > 0);
+    assert!(outlines < splits);
+}
+
+const TINY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/zoom/tiny.toml");
+
+/// Hashes of frames that the program makes, by their numbers.
+fn frames(folder: &Path, options: &[&str]) -> Vec<(u64, String)> {
+    let common = ["render", TINY, "--size", "96x54", "-o", "frames/%03d.png", "--json", "--quiet"];
+    let output = terrane(folder, &[&common[..], options].concat());
+    good(&output);
+    let report = json(&output);
+    let frames = report["frames"].as_array().expect("frames");
+    let hash =
+        |frame: &Value| (frame["number"].as_u64().unwrap(), frame["sha256"].as_str().unwrap().to_owned());
+    assert!(frames.iter().all(|frame| frame["tiles_drawn"].as_u64().unwrap() > 10));
+    let depths: Vec<f64> = frames.iter().map(|frame| frame["depth"].as_f64().unwrap()).collect();
+    assert!((depths[0] - depths[depths.len() - 1]).abs() > frames.len() as f64 / 2.0, "{depths:?}");
+    frames.iter().map(hash).collect()
+}
+
+/// The way back is the way in, frame by frame, also where a film is made in parts.
+#[test]
+fn the_program_flies_in_and_out() {
+    let _turn = kit::turn();
+    let folder = tempfile::tempdir().unwrap();
+    let way_in = frames(folder.path(), &["--frames", "0..10"]);
+    let way_out = frames(folder.path(), &["--frames", "0..10", "--return"]);
+    for (frame, hash) in &way_out {
+        assert_eq!(*hash, way_in[9 - *frame as usize].1, "frame {frame}");
+    }
+    assert_eq!(frames(folder.path(), &["--frames", "6..9"]), way_in[6..9]);
+    let other = frames(folder.path(), &["--frames", "6..9", "--seed", "2"]);
+    assert!(other.iter().zip(&way_in[6..9]).all(|(other, own)| other.1 != own.1));
+}
+
+#[test]
+fn what_a_zoom_can_not_is_refused() {
+    let _turn = kit::turn();
+    let folder = tempfile::tempdir().unwrap();
+    let render = |options: &[&str]| terrane(folder.path(), &[&["render", TINY], options].concat());
+    told(&render(&["--renderer", "trace"]), 2, "a zoom is rasterised");
+    told(&render(&["--return"]), 2, "--frames");
+    told(&render(&["--set", "zoom.depth=-1"]), 3, "zoom.depth");
+    told(&render(&["--set", "zoom.tiles=1000"]), 3, "zoom.tiles");
+    let island = TINY.replace("zoom/tiny", "island/tiny");
+    let output = terrane(folder.path(), &["render", &island, "--frames", "0..2", "--return"]);
+    told(&output, 3, "no `camera.keyframes`");
+}
