@@ -20,7 +20,7 @@ use terrane::{
 };
 
 /// The least tiles and the coarsest detail that papers speak of: N = 16, c = 32.
-const SETTINGS: Settings = Settings { bits: 4, detail: Detail::COMMON, octaves: 24, slots: 8000, samples: 1 };
+const SETTINGS: Settings = Settings { bits: 4, detail: Detail::COMMON, octaves: 24, layers: 2, face: 192, slots: 8000, samples: 1 };
 
 const FILM: Film = Film { width: 160, height: 90, exposure: 1.0 / 20_000.0, tone_map: ToneMap::Filmic };
 
@@ -83,7 +83,7 @@ fn there_are_no_holes() {
     let (mut looked_at, mut ground) = (0, 0);
     for seed in 0..3 {
         let surface = surface(seed);
-        let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
         for index in 0..12 {
             let level = words.next() % 60;
             let is_steered = index % 2 == 0;
@@ -99,10 +99,10 @@ fn there_are_no_holes() {
                 fov: fov.to_radians() as f32,
                 level,
             };
-            let ahead = renderer.ranges(&view(0.0, 120.0), &light(), &FILM).unwrap();
+            let ahead = renderer.ranges(&view(0.0, 120.0)).unwrap();
             assert_eq!(holes_ahead(&ahead), 0, "seed {seed}, level {level}, steered: {is_steered}");
             // Straight down, where nothing is so steep that a ray misses it.
-            let down = renderer.ranges(&view(-90.0, 20.0), &light(), &FILM).unwrap();
+            let down = renderer.ranges(&view(-90.0, 20.0)).unwrap();
             let holes = down.iter().filter(|range| **range == 0.0).count();
             assert_eq!(holes, 0, "down; seed {seed}, level {level}, steered: {is_steered}");
             looked_at += ahead.len() + down.len();
@@ -114,7 +114,7 @@ fn there_are_no_holes() {
 }
 
 fn shot(renderer: &mut Renderer, view: &View) -> Picture {
-    renderer.render(view, &light(), &FILM).unwrap().picture
+    renderer.render(view).unwrap().picture
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn the_same_view_is_the_same_picture() {
     let gpu = kit::gpu();
     let surface = surface(5);
     let views = [0, 7 << 16, 30 << 15, 500 << 16, 501 << 16].map(|depth| steered(surface, Depth(depth)));
-    let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+    let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
     let first: Vec<Picture> = views.iter().map(|view| shot(&mut renderer, view)).collect();
     // The way back, then from nothing, then each by one that has drawn nothing else.
     for (view, picture) in views.iter().zip(&first).rev() {
@@ -131,7 +131,7 @@ fn the_same_view_is_the_same_picture() {
     for (view, picture) in views.iter().zip(&first) {
         renderer.clear();
         assert!(shot(&mut renderer, view) == *picture);
-        assert!(shot(&mut Renderer::new(&gpu, surface, SETTINGS).unwrap(), view) == *picture);
+        assert!(shot(&mut Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap(), view) == *picture);
     }
     // They show something, and something else each.
     for (index, picture) in first.iter().enumerate() {
@@ -194,7 +194,7 @@ fn nothing_pops_when_a_tile_is_split() {
     let (mut splits, mut outlines, mut changed) = (0, 0, 0);
     for seed in 0..4 {
         let surface = surface(seed);
-        let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
         for depth in [3, 9, 33, 70, 200] {
             let start = steered(surface, Depth::level(depth));
             let Some(mut views) = places_at_a_split(&mut renderer, &start, depth) else { continue };
@@ -203,7 +203,7 @@ fn nothing_pops_when_a_tile_is_split() {
             let pictures = [0, 1].map(|index: usize| shot(&mut renderer, &views[index]));
             changed +=
                 pictures[0].pixels.iter().zip(&pictures[1].pixels).filter(|(from, to)| from != to).count();
-            let mut ranges = |index: usize| renderer.ranges(&views[index], &light(), &FILM).unwrap();
+            let mut ranges = |index: usize| renderer.ranges(&views[index]).unwrap();
             let ranges = [ranges(0), ranges(1)];
             let [from, to] = [0, 1].map(|index: usize| pictures[index].developed(ToneMap::Filmic));
             let pixels = from.as_chunks::<3>().0.iter().zip(to.as_chunks::<3>().0);

@@ -102,6 +102,11 @@ impl Tiles {
         })
     }
 
+    /// How many tiles there is room for.
+    pub fn capacity(&self) -> u32 {
+        (self.heights.len() / vertices(self.bits)) as u32
+    }
+
     /// Heights of all slots: (N + 3)² each, rows of x, as [`Tile`] has them.
     pub fn heights(&self) -> &Buffer<i32> {
         &self.heights

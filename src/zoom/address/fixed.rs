@@ -83,6 +83,20 @@ impl Fixed {
         self.trim();
     }
 
+    /// The largest multiple of 2^−`level` that is not above.
+    pub fn floor(&self, level: u32) -> Fixed {
+        let mut floor = self.clone();
+        let (whole, rest) = (level as usize / 64, level % 64);
+        floor.limbs.truncate(level.div_ceil(64) as usize);
+        if rest > 0
+            && let Some(last) = floor.limbs.get_mut(whole)
+        {
+            *last &= u64::MAX << (64 - rest);
+        }
+        floor.trim();
+        floor
+    }
+
     /// The number with these digits behind the point; those behind the last limb are 0.
     pub(super) fn of(whole: i64, limbs: Vec<u64>) -> Fixed {
         let mut fixed = Fixed { whole, limbs };

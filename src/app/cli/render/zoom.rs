@@ -5,6 +5,7 @@ use crate::app::{Error, Session, interrupt, land, report::Flown};
 use crate::core::hash::derive_seed;
 use crate::world::{Renderer, Zoom};
 use crate::zoom::{
+    background,
     height::Surface,
     motion::{Autopilot, Depth, Pose},
     tree::Detail,
@@ -33,10 +34,12 @@ impl Job<'_> {
             bits: zoom.tile,
             detail: Detail::new(zoom.detail.into()),
             octaves: zoom.visibility,
+            layers: background::layers(zoom.visibility),
+            face: background::side(&self.film, SAMPLES, self.world.fov),
             slots: zoom.tiles,
             samples: SAMPLES,
         };
-        let mut renderer = view::Renderer::new(&gpu, surface, settings)?;
+        let mut renderer = view::Renderer::new(&gpu, surface, settings, &self.world.light, &self.film)?;
         let mut autopilot = Autopilot::new(surface);
         for number in self.shots.clone() {
             let done = number - self.shots.start;
@@ -47,7 +50,7 @@ impl Job<'_> {
             let Pose { place, attitude } = autopilot.at(renderer.spine(), depth);
             let view = View { place, attitude, fov: self.world.fov, level: depth.whole() };
             let view::Shot { picture, altitude, drawn, made, .. } =
-                renderer.render(&view, &self.world.light, &self.film)?;
+                renderer.render(&view)?;
             let written = self.write(&shot, picture, session)?;
             match shot.frame {
                 Some(frame) => {
