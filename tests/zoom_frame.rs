@@ -20,7 +20,15 @@ use terrane::{
 };
 
 /// The least tiles and the coarsest detail that papers speak of: N = 16, c = 32.
-const SETTINGS: Settings = Settings { bits: 4, detail: Detail::COMMON, octaves: 24, layers: 2, face: 192, slots: 8000, samples: 1 };
+const SETTINGS: Settings = Settings {
+    bits: 4,
+    detail: Detail::COMMON,
+    octaves: 24,
+    layers: Some(2),
+    face: 192,
+    slots: 8000,
+    samples: 1,
+};
 
 const FILM: Film = Film { width: 160, height: 90, exposure: 1.0 / 20_000.0, tone_map: ToneMap::Filmic };
 
@@ -131,7 +139,9 @@ fn the_same_view_is_the_same_picture() {
     for (view, picture) in views.iter().zip(&first) {
         renderer.clear();
         assert!(shot(&mut renderer, view) == *picture);
-        assert!(shot(&mut Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap(), view) == *picture);
+        assert!(
+            shot(&mut Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap(), view) == *picture
+        );
     }
     // They show something, and something else each.
     for (index, picture) in first.iter().enumerate() {

@@ -85,6 +85,9 @@ pub struct Flown {
     pub depth: f64,
     pub tiles_drawn: usize,
     pub tiles_made: usize,
+    /// On the processor, without waiting for the device.
+    pub cpu_ms: f64,
+    pub gpu_ms: f64,
 }
 
 #[derive(Serialize)]

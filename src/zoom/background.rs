@@ -239,6 +239,8 @@ struct Job {
     /// What the first of them is laid over.
     below: Option<usize>,
     current: Option<Laying>,
+    /// Calls of [`Background::prepare`] that it may take yet.
+    calls: usize,
 }
 
 /// A layer that is being drawn.
@@ -265,6 +267,8 @@ pub struct Background {
     canvas: Canvas,
     lay: Compute<layer::Shader>,
     job: Option<Job>,
+    /// Tiles that the last layer had to make and draw, as far as is known.
+    usual: usize,
     clock: u64,
 }
 
@@ -273,6 +277,8 @@ struct Composite {
     keys: Vec<Key>,
     texels: Layers<Rgba16f>,
     used: u64,
+    /// Until when it is kept for a place that is expected to come.
+    expected: u64,
 }
 
 /// The background of a view: which one it is.
@@ -310,7 +316,7 @@ impl Background {
         let (side, kept) = if layers == 0 { (1, 1) } else { (side + 2, KEPT) };
         let composite = |_| {
             let texels = Layers::new(gpu, "background", [side; 2], FACES.len() as u32)?;
-            Ok(Composite { keys: Vec::new(), texels, used: 0 })
+            Ok(Composite { keys: Vec::new(), texels, used: 0, expected: 0 })
         };
         Ok(Background {
             surface,
@@ -322,6 +328,7 @@ impl Background {
             canvas: Canvas::new(gpu, "background face", [side; 2])?,
             lay: Compute::new(gpu, ())?,
             job: None,
+            usual: 1000,
             clock: 0,
         })
     }
@@ -338,48 +345,71 @@ impl Background {
         layers.map(|layer| Grid::new(&self.surface, layer).key(&self.surface, place, layer)).collect()
     }
 
-    /// Begins the background of a place, unless it is there or being made.
-    fn begin(&mut self, place: &Place, altitude: Distance) {
-        let keys = self.keys(place, altitude);
-        let is_there = |composite: &Composite| shows(&composite.keys, &keys);
-        // Another that is being made is given up.
-        if keys.is_empty()
-            || self.kept.iter().any(is_there)
-            || self.job.as_ref().is_some_and(|job| job.keys == keys)
-        {
-            return;
-        }
+    /// Begins a background, to be made in so many calls. What is being made already is given up.
+    fn begin(&mut self, keys: Vec<Key>, place: &Place, target: usize, calls: usize) {
         // Over the nearest that is there already of what lies behind.
         let below = |left: usize| self.kept.iter().position(|kept| shows(&kept.keys, &keys[left..]));
         let start = (1..keys.len()).find_map(|left| Some((left, below(left)?)));
         let (left, below) = start.map_or((keys.len(), None), |(left, below)| (left, Some(below)));
-        let last = self.kept.iter().map(|kept| kept.used).max();
-        let others = (0..self.kept.len()).filter(|index| Some(*index) != below);
-        let target = others
-            .filter(|index| Some(self.kept[*index].used) != last || self.clock == 0)
-            .min_by_key(|index| self.kept[*index].used)
-            .unwrap_or(0);
+        // It can be laid over itself.
         self.kept[target].keys.clear();
-        self.job = Some(Job { keys, place: place.clone(), target, left, below, current: None });
+        self.job = Some(Job { keys, place: place.clone(), target, left, below, current: None, calls });
     }
 
-    /// Works ahead for a place that a flight will come to: at most `budget` tiles are made or drawn.
+    /// The background that was not used for longest, apart from the last one, and from those that are expected to be used.
+    fn oldest(&self, is_expected: impl Fn(&Composite) -> bool) -> Option<usize> {
+        let free = |index: &usize| {
+            let composite = &self.kept[*index];
+            (composite.used < self.clock || self.clock == 0) && !is_expected(composite)
+        };
+        (0..self.kept.len()).filter(free).min_by_key(|index| self.kept[*index].used)
+    }
+
+    /// Begins what is to be behind a place that a flight comes to after so many `calls` of [`Background::work`]. Whether it is there: while it is not, there
+    /// is no use in looking further ahead.
+    pub(super) fn prepare(&mut self, place: &Place, altitude: Distance, calls: usize) -> bool {
+        let keys = self.keys(place, altitude);
+        let expected = self.clock + 2 * calls as u64;
+        let there = self.kept.iter_mut().find(|composite| shows(&composite.keys, &keys));
+        if let Some(there) = there {
+            there.expected = there.expected.max(expected);
+            return true;
+        }
+        if keys.is_empty() {
+            return true;
+        }
+        if self.job.is_none()
+            && let Some(target) = self.oldest(|composite| composite.expected > self.clock)
+        {
+            // The last quarter of the time is for what comes in between.
+            self.begin(keys, place, target, calls * 3 / 4);
+            self.kept[target].expected = expected;
+        }
+        false
+    }
+
+    /// Goes on with what is prepared, by its share.
     ///
     /// # Errors
     /// If more tiles are needed than there may be, or what the device has no memory for.
-    pub(super) fn prepare(
-        &mut self,
-        means: &mut Means,
-        place: &Place,
-        altitude: Distance,
-        budget: usize,
-    ) -> Result<(), Error> {
-        // What has been begun comes first.
-        if self.job.is_none() {
-            self.begin(place, altitude);
+    pub(super) fn work(&mut self, means: &mut Means) -> Result<(), Error> {
+        let Some(job) = &mut self.job else { return Ok(()) };
+        let calls = job.calls.max(1);
+        job.calls = calls - 1;
+        let budget = self.work_left().div_ceil(calls);
+        self.advance(means, budget)
+    }
+
+    /// Tiles to be made or drawn, about.
+    fn work_left(&self) -> usize {
+        let Some(job) = &self.job else { return 0 };
+        match &job.current {
+            None => job.left * self.usual,
+            Some(Laying { faces, face, drawn, .. }) => {
+                let drawn = faces[..*face].iter().map(Vec::len).sum::<usize>() + drawn;
+                (job.left * self.usual).saturating_sub(drawn)
+            }
         }
-        self.advance(means, budget)?;
-        Ok(())
     }
 
     /// The background of a place, all of it; `None` if it has none.
@@ -394,15 +424,26 @@ impl Background {
     ) -> Result<Option<Behind>, Error> {
         let keys = self.keys(place, altitude);
         let Some(nearest) = keys.first() else { return Ok(None) };
-        self.begin(place, altitude);
-        let find = |kept: &[Composite]| kept.iter().position(|composite| shows(&composite.keys, &keys));
-        while find(&self.kept).is_none() {
-            self.advance(means, usize::MAX)?;
-        }
-        let index = find(&self.kept).unwrap_or(0);
+        let level = root(nearest.layer) + 1;
+        let there = self.kept.iter().position(|composite| shows(&composite.keys, &keys));
+        let index = match there {
+            Some(index) => index,
+            None => {
+                if self.job.as_ref().is_none_or(|job| job.keys != keys) {
+                    let target = self.oldest(|_| false).unwrap_or(0);
+                    self.begin(keys, place, target, 1);
+                }
+                let target = self.job.as_ref().map_or(0, |job| job.target);
+                while self.job.is_some() {
+                    self.advance(means, usize::MAX)?;
+                }
+                target
+            }
+        };
         self.clock += 1;
         self.kept[index].used = self.clock;
-        Ok(Some(Behind { index, level: root(nearest.layer) + 1 }))
+        self.kept[index].expected = 0;
+        Ok(Some(Behind { index, level }))
     }
 
     /// The texels of a background; of none, some that don't matter.
@@ -417,7 +458,11 @@ impl Background {
         while left > 0 && job.left > 0 {
             let mut laying = match job.current.take() {
                 Some(laying) => laying,
-                None => self.lay_next(means.spine, &job)?,
+                None => {
+                    let laying = self.lay_next(means.spine, &job)?;
+                    self.usual = laying.faces.iter().map(Vec::len).sum::<usize>() + laying.band.wanted.len();
+                    laying
+                }
             };
             left = left.saturating_sub(self.go_on(means, &job, &mut laying, left)?);
             if laying.face < FACES.len() {
@@ -463,9 +508,7 @@ impl Background {
         if made.waiting > 0 {
             wait(rec, waited)?;
             return match made {
-                Made { tiles: 0, .. } => {
-                    Err(Error::Slots { needed: wanted.len(), slots: tiles.capacity() })
-                }
+                Made { tiles: 0, .. } => Err(Error::Slots { needed: wanted.len(), slots: tiles.capacity() }),
                 Made { tiles, .. } => Ok(tiles),
             };
         }
@@ -494,11 +537,8 @@ impl Background {
 
     /// Lays a face that has been drawn over what is below it.
     fn lay(&self, rec: &mut Recorder, job: &Job, face: usize) {
-        let push = layer::Push {
-            face: face as i32,
-            has_farther: job.below.is_some().into(),
-            levels: LEVELS as f32,
-        };
+        let push =
+            layer::Push { face: face as i32, has_farther: job.below.is_some().into(), levels: LEVELS as f32 };
         let target = &self.kept[job.target].texels;
         let farther = job.below.map_or(target, |index| &self.kept[index].texels);
         let bindings = layer::Bindings { drawn: &self.canvas.radiance, farther, composite: target };

@@ -69,13 +69,8 @@ pub(super) struct Canvas {
 
 impl Stage {
     pub fn new(gpu: &Gpu, light: &Light, film: &Film) -> gpu::Result<Stage> {
-        let nowhere = Pinhole {
-            eye: Vec3::ZERO,
-            right: Vec3::X,
-            up: Vec3::Y,
-            forward: Vec3::NEG_Z,
-            tangent: [1.0; 2],
-        };
+        let nowhere =
+            Pinhole { eye: Vec3::ZERO, right: Vec3::X, up: Vec3::Y, forward: Vec3::NEG_Z, tangent: [1.0; 2] };
         Ok(Stage {
             light: light_frame(light, film, 1, &nowhere),
             frame: Buffer::new(gpu, "frame", 1)?,

@@ -29,8 +29,9 @@ pub struct Settings {
     pub detail: Detail,
     /// Octaves of distance, from that to the surface on, to where nothing is seen but sky.
     pub octaves: u32,
-    /// Most layers of the background: [`background::layers`] of these octaves, and more only to see that more don't matter.
-    pub layers: u32,
+    /// Most layers of the background: [`background::layers`] of these octaves. More don't show. With `None` all is in the foreground, which whole numbers
+    /// have the digits for near the start only.
+    pub layers: Option<u32>,
     /// Texels along the edge of a face of the background.
     pub face: u32,
     /// Tiles that the device keeps.
@@ -132,7 +133,13 @@ impl Renderer {
             tiles: Tiles::new(gpu, surface, bits, slots)?,
             painter: Painter::new(gpu, surface, detail, bits)?,
             stage: Stage::new(gpu, light, film)?,
-            background: Background::new(gpu, surface, (detail, bits, slots as usize), layers, face)?,
+            background: Background::new(
+                gpu,
+                surface,
+                (detail, bits, slots as usize),
+                layers.unwrap_or(0),
+                face,
+            )?,
             canvas: Canvas::new(gpu, "radiance", size.map(|side| side * samples))?,
             pixels: Image::new(gpu, "pixels", size)?,
             develop: Compute::new(gpu, ())?,
@@ -152,14 +159,23 @@ impl Renderer {
         self.spine = Spine::new(*self.spine.surface());
     }
 
-    /// Works ahead for a view that a flight will come to: makes or draws at most `budget` tiles of its background.
+    /// Begins what is behind a view that a flight will come to after so many calls of [`Renderer::work`]. Whether it is there: while it is not, there is no use
+    /// in looking further ahead.
+    ///
+    /// # Errors
+    /// If the eye is below the surface or too near to it.
+    pub fn prepare(&mut self, view: &View, calls: usize) -> Result<bool, Error> {
+        let altitude = self.altitude(view)?;
+        Ok(self.background.prepare(&view.place, altitude, calls))
+    }
+
+    /// Does a share of what is prepared, so that no picture has to wait for it.
     ///
     /// # Errors
     /// As [`Renderer::render`].
-    pub fn prepare(&mut self, view: &View, budget: usize) -> Result<(), Error> {
-        let altitude = self.altitude(view)?;
+    pub fn work(&mut self) -> Result<(), Error> {
         let (background, mut means) = self.means();
-        background.prepare(&mut means, &view.place, altitude, budget)
+        background.work(&mut means)
     }
 
     /// The picture of a view, with all of its tiles.
@@ -219,7 +235,7 @@ impl Renderer {
         let Settings { octaves, layers, slots, detail, .. } = self.settings;
         let surface = *self.spine.surface();
         let altitude = self.altitude(view)?;
-        let layer = if layers == 0 { 0 } else { background::nearest(altitude) };
+        let layer = layers.map_or(0, |_| background::nearest(altitude));
         let roots = background::roots(&mut self.spine, &view.place, layer, detail);
         let mut wanted = background::above(&mut self.spine, &view.place, &roots);
         let tree = Tree::new(&surface, &view.place, &roots, detail, slots as usize)?;

@@ -11,9 +11,13 @@ use crate::zoom::{
     tree::Detail,
     view::{self, Settings, View},
 };
+use std::path::PathBuf;
 
 /// Side of the square of samples in a pixel.
 const SAMPLES: u32 = 2;
+
+/// Levels that a flight looks ahead.
+const AHEAD: f64 = 7.0;
 
 impl Job<'_> {
     /// Makes all pictures.
@@ -34,7 +38,7 @@ impl Job<'_> {
             bits: zoom.tile,
             detail: Detail::new(zoom.detail.into()),
             octaves: zoom.visibility,
-            layers: background::layers(zoom.visibility),
+            layers: Some(background::layers(zoom.visibility)),
             face: background::side(&self.film, SAMPLES, self.world.fov),
             slots: zoom.tiles,
             samples: SAMPLES,
@@ -49,12 +53,18 @@ impl Job<'_> {
             let depth = self.depth(zoom, &shot);
             let Pose { place, attitude } = autopilot.at(renderer.spine(), depth);
             let view = View { place, attitude, fov: self.world.fov, level: depth.whole() };
-            let view::Shot { picture, altitude, drawn, made, .. } =
-                renderer.render(&view)?;
+            self.look_ahead(&mut renderer, &mut autopilot, zoom, &shot)?;
+            let view::Shot { picture, altitude, drawn, made, cpu, gpu, .. } = renderer.render(&view)?;
             let written = self.write(&shot, picture, session)?;
             match shot.frame {
                 Some(frame) => {
-                    let flown = Flown { depth: altitude.depth(), tiles_drawn: drawn, tiles_made: made };
+                    let flown = Flown {
+                        depth: altitude.depth(),
+                        tiles_drawn: drawn,
+                        tiles_made: made,
+                        cpu_ms: 1e3 * cpu.as_secs_f64(),
+                        gpu_ms: 1e3 * gpu.as_secs_f64(),
+                    };
                     session.report.flown(frame, &written, flown);
                 }
                 None => session.report.wrote(&written),
@@ -63,6 +73,23 @@ impl Job<'_> {
         session.progress.show("frames", self.shots.len() as u64, self.shots.len() as u64);
         session.progress.end();
         Ok(())
+    }
+
+    /// Has the renderer work for a view some levels on.
+    fn look_ahead(
+        &self,
+        renderer: &mut view::Renderer,
+        autopilot: &mut Autopilot,
+        zoom: &Zoom,
+        shot: &Shot,
+    ) -> Result<(), Error> {
+        let Some(frame) = shot.frame else { return Ok(()) };
+        let frames = (AHEAD / zoom.levels_per_frame.max(1e-3)) as u32;
+        let frame = frame.saturating_add(frames).min(self.shots.end - 1);
+        let depth = self.depth(zoom, &Shot { frame: Some(frame), path: PathBuf::new() });
+        let Pose { place, attitude } = autopilot.at(renderer.spine(), depth);
+        let view = View { place, attitude, fov: self.world.fov, level: depth.whole() };
+        Ok(renderer.prepare(&view, frames as usize)?)
     }
 
     /// Of a picture by itself, or of a frame: on the way back, frame A + B − 1 − f is what f is on the way in.
