@@ -10,6 +10,7 @@
 
 pub mod address;
 pub mod height;
+pub mod memory;
 pub mod motion;
 pub mod tiles;
 pub mod tree;

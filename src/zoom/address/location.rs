@@ -85,6 +85,17 @@ pub const MOST_LETTERS: usize = MOST_DIGITS as usize * 3 / 6 + 100;
 const FOV: std::ops::RangeInclusive<u16> = 183..=32585;
 
 impl Location {
+    /// A field of view as codes can have it, from radians.
+    pub fn nearest_fov(radians: f32) -> u16 {
+        let parts = libm::round(f64::from(radians) / std::f64::consts::TAU * 65_536.0);
+        (parts as u16).clamp(*FOV.start(), *FOV.end())
+    }
+
+    /// The field of view, radians.
+    pub fn fov_radians(&self) -> f32 {
+        (f64::from(self.fov) / 65_536.0 * std::f64::consts::TAU) as f32
+    }
+
     /// The code. It has three bits a level: a place at level 1000 takes about 560 letters.
     pub fn code(&self) -> String {
         let mut bits = BitWriter::default();
