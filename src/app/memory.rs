@@ -180,23 +180,31 @@ pub fn check_zoom(settings: &Settings, film: &Film, sky: &Sky, limits: &Limits) 
     let parts = of_zoom(settings, film, sky);
     let others = total(&parts) - zoom::memory::tiles(settings).bytes;
     let host = limits.host.filter(|_| limits.shared);
-    // What there is, and what of it is not for tiles; a third of a tile is heights, which are one buffer.
+    // What there is, what of it is not for tiles, and how much of a tile is in it: heights, which are one buffer, are a third.
     let rows = [
         ("device memory", parts.clone(), limits.device, others, 1, ", or raise --memory-limit"),
         ("the computer's memory", parts, host, others, 1, ", or end other programs"),
         ("device memory in one buffer", vec![zoom::memory::piece(settings)], limits.buffer, 0, 3, ""),
     ];
-    for (of, parts, limit, others, share, remedy) in rows {
-        let Some(limit) = limit.filter(|limit| total(&parts) > *limit) else { continue };
-        let most = limit.saturating_sub(others) * share / Tiles::slot_bytes(settings.bits);
-        let (needed, may) = (mebibytes(total(&parts)), mebibytes(limit));
-        return Err(Error::Memory(format!(
-            "the zoom needs {needed} of {of} and {may} may be used ({}); lower zoom.tiles: {most} would do{remedy}",
-            by_name(&parts)
-        )));
-    }
-    Ok(())
+    let slot = Tiles::slot_bytes(settings.bits);
+    let fit = rows.iter().filter_map(|(_, _, limit, others, share, _)| {
+        Some(limit.as_ref()?.saturating_sub(*others).saturating_mul(*share) / slot)
+    });
+    let fit = fit.min().unwrap_or(u64::MAX);
+    let advice = match fit {
+        0..FEWEST_TILES => "lower zoom.tile or the picture's size".into(),
+        _ => format!("lower zoom.tiles: {fit} would fit"),
+    };
+    let excess = rows.into_iter().find_map(|(of, parts, limit, _, _, remedy)| {
+        let limit = limit.filter(|limit| total(&parts) > *limit)?;
+        let (needed, may, parts) = (mebibytes(total(&parts)), mebibytes(limit), by_name(&parts));
+        Some(format!("the zoom needs {needed} of {of} and {may} may be used ({parts}); {advice}{remedy}"))
+    });
+    excess.map_or(Ok(()), |excess| Err(Error::Memory(excess)))
 }
+
+/// The least that `zoom.tiles` can be.
+const FEWEST_TILES: u64 = 1000;
 
 /// Most cells that the world could have within the limits.
 pub fn largest_grid<'a>(plan: &Plan, goal: impl Fn(&Plan) -> Goal<'a>, limits: &Limits) -> Option<u32> {

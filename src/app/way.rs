@@ -1,6 +1,6 @@
 //! The way through a zoom, frame by frame: down from where the world says, or up from a location code.
 
-use super::Error;
+use super::{Error, Session};
 use crate::formats;
 use crate::world::{Overrides, World, Zoom};
 use crate::zoom::{
@@ -76,6 +76,13 @@ impl Way {
         let start = read(code)?;
         let (surface, ascent) = (start.surface, Ascent { start, way: None });
         Ok(Way { surface, levels_per_frame, course: Course::Out(Box::new(ascent)) })
+    }
+
+    /// What is seen from a location code is not of the world's seed.
+    pub fn tell_seed(&self, session: &mut Session) {
+        if let Course::Out(_) = self.course {
+            session.report.seed = None;
+        }
     }
 
     pub fn surface(&self) -> Surface {

@@ -11,6 +11,7 @@
 pub mod address;
 pub mod height;
 pub mod memory;
+pub mod mesh;
 pub mod motion;
 pub mod tiles;
 pub mod tree;

@@ -7,7 +7,7 @@ use super::{
     address::{Attitude, Cell, Place},
     height::{AMPLITUDE, FRACTION_BITS, Patch, Spine, Surface},
     motion::{Buried, Clearance, Distance, clearance},
-    tiles::{Made, Slot, Tiles},
+    tiles::{Heights, Made, Slot, Tiles},
     tree::{Detail, Leaf, TooMany, Tree},
 };
 use crate::{
@@ -213,6 +213,20 @@ impl Renderer {
         let download = rec.download(&radiance);
         let samples = download.take(&rec.submit()?.wait()?);
         Ok(samples.into_iter().map(|[.., range]| range).collect())
+    }
+
+    /// The tiles in a picture of this shape, from coarse to fine, with all their heights, and how far the surface is.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn seen(&mut self, view: &View, film: &Film) -> Result<(Distance, Vec<(Leaf, Heights)>), Error> {
+        let Selection { tree, altitude, .. } = self.select(view)?;
+        self.make(view, &tree)?;
+        let sides = sides(&camera(view, film));
+        let leaves: Vec<Leaf> =
+            tree.leaves().into_iter().filter(|leaf| is_in(&tree, leaf, &sides)).collect();
+        let heights = self.tiles.read(&self.gpu, leaves.iter().map(|leaf| leaf.cell))?;
+        Ok((altitude, leaves.into_iter().zip(heights).collect()))
     }
 
     /// Which tiles a view shows.

@@ -104,6 +104,9 @@ fn picture(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<()
     };
     let options = WorldOptions { world: path.clone(), set: Vec::new(), seed: None, no_cache: false };
     let world = land::load(&options, session)?;
+    if world.zoom.is_some() {
+        return Err(Error::Missing("bench picture: a zoom is not traced; see `terrane bench zoom`".into()));
+    }
     let film = Film { width: WIDTH, height: HEIGHT, ..world.film };
     let simulation = land::simulate(gpu, &world, session)?;
     let camera = land::camera(gpu, &world, &simulation)?;

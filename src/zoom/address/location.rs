@@ -46,7 +46,7 @@ impl Attitude {
 pub enum CodeError {
     #[error("the location code is empty")]
     Empty,
-    #[error("`{found}`, character {position} of the location code, is none of A-Z, a-z, 0-9, - and _")]
+    #[error("{found:?}, character {position} of the location code, is none of A-Z, a-z, 0-9, - and _")]
     Letter { found: char, position: usize },
     #[error("the location code has {letters} letters; the deepest place that there is has {most}")]
     TooLong { letters: usize, most: usize },

@@ -63,10 +63,7 @@ impl Job<'_> {
             }
             way.pass(1.0 / fps);
         }
-        if arguments.zoom.from.is_given() {
-            // What is seen is not that of the world's seed.
-            session.report.seed = None;
-        }
+        way.tell_seed(session);
         let gpu = land::open(&arguments.device, session)?;
         let settings = zoom.settings();
         memory::check_zoom(&settings, film, &world.light.sky, &memory::Limits::of(&gpu))?;
