@@ -1,7 +1,7 @@
 //! What `--json` prints: one object about the run, whether it went well or not.
 
 use super::{Error, cli::output};
-use crate::bench::{Bench, Forest, Picture, Rays};
+use crate::bench::{Bench, Forest, Picture, Rays, Zoom};
 use crate::formats::file::Written;
 use serde::Serialize;
 use std::fmt::Display;
@@ -57,6 +57,8 @@ pub enum Details {
     Rays(Rays),
     #[serde(untagged)]
     Picture(Picture),
+    #[serde(untagged)]
+    Zoom(Zoom),
 }
 
 #[derive(Serialize)]

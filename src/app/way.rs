@@ -7,7 +7,6 @@ use crate::zoom::{
     address::{DEEPEST, Location, MOST_LETTERS},
     height::{Spine, Surface},
     motion::{Approach, Autopilot, Depth, Flight, Pose},
-    view::View,
 };
 use clap::Args;
 use std::fs::File;
@@ -63,8 +62,7 @@ impl Way {
         let Some(code) = &from.from else {
             let surface = zoom.surface(world.seed);
             let autopilot = Box::new(Autopilot::new(surface));
-            let course =
-                Course::In { autopilot, depth: zoom.depth, fov: Location::nearest_fov(world.fov) };
+            let course = Course::In { autopilot, depth: zoom.depth, fov: Location::nearest_fov(world.fov) };
             return Ok(Way { surface, levels_per_frame, course });
         };
         let overrides = Overrides { set: set.to_vec(), seed: None };
@@ -152,12 +150,6 @@ impl Ascent {
         };
         Ok(self.way.insert(way))
     }
-}
-
-/// What a location shows.
-pub fn view(location: &Location) -> View {
-    let Location { level, place, attitude, .. } = location;
-    View { place: place.clone(), attitude: *attitude, fov: location.fov_radians(), level: *level }
 }
 
 /// Reads a location code, or that in the file behind an @.

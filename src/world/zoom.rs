@@ -10,11 +10,7 @@ const SAMPLES: u32 = 2;
 impl Zoom {
     /// The surface of a world with this seed.
     pub fn surface(&self, seed: u32) -> Surface {
-        Surface {
-            seed: derive_seed(seed, "zoom"),
-            refinement: self.refinement,
-            roughness: self.roughness,
-        }
+        Surface { seed: derive_seed(seed, "zoom"), refinement: self.refinement, roughness: self.roughness }
     }
 
     /// How it is shown.

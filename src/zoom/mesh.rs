@@ -65,8 +65,8 @@ impl Grid<'_> {
         };
         for row in 0..self.side {
             for column in 0..self.side {
-                let [a, b, c, d] = [[0, 0], [1, 0], [0, 1], [1, 1]]
-                    .map(|[right, down]| index([column + right, row + down]));
+                let [a, b, c, d] =
+                    [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[right, down]| index([column + right, row + down]));
                 // Tiles begin at even coordinates: diagonals are those of `rises`.
                 let triangles =
                     if (row ^ column) & 1 == 0 { [[a, c, d], [a, d, b]] } else { [[a, c, b], [b, c, d]] };

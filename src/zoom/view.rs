@@ -4,7 +4,7 @@
 //! these come again, bit for bit.
 
 use super::{
-    address::{Attitude, Cell, Place},
+    address::{Attitude, Cell, Location, Place},
     height::{AMPLITUDE, FRACTION_BITS, Patch, Spine, Surface},
     motion::{Buried, Clearance, Distance, clearance},
     tiles::{Heights, Made, Slot, Tiles},
@@ -67,6 +67,14 @@ pub struct View {
     pub fov: f32,
     /// About the level whose cells are as large as the surface is far. It decides nothing but time.
     pub level: u32,
+}
+
+impl View {
+    /// From a location, whatever its surface.
+    pub fn of(location: &Location) -> View {
+        let Location { level, place, attitude, .. } = location;
+        View { place: place.clone(), attitude: *attitude, fov: location.fov_radians(), level: *level }
+    }
 }
 
 /// Why there is no picture.
@@ -223,8 +231,7 @@ impl Renderer {
         let Selection { tree, altitude, .. } = self.select(view)?;
         self.make(view, &tree)?;
         let sides = sides(&camera(view, film));
-        let leaves: Vec<Leaf> =
-            tree.leaves().into_iter().filter(|leaf| is_in(&tree, leaf, &sides)).collect();
+        let leaves: Vec<Leaf> = tree.leaves().into_iter().filter(|leaf| is_in(&tree, leaf, &sides)).collect();
         let heights = self.tiles.read(&self.gpu, leaves.iter().map(|leaf| leaf.cell))?;
         Ok((altitude, leaves.into_iter().zip(heights).collect()))
     }

@@ -21,8 +21,7 @@ pub fn check(arguments: &Arguments, world: &World, zoom: &Zoom, session: &mut Se
         Renderer::Raster => check_picture(film).and_then(|()| check_zoom(&settings, film, sky, &limits)),
     };
     let parts = of_zoom(&settings, film, sky);
-    let memory: Vec<_> =
-        parts.iter().map(|part| json!({ "name": part.name, "bytes": part.bytes })).collect();
+    let memory: Vec<_> = parts.iter().map(|part| json!({ "name": part.name, "bytes": part.bytes })).collect();
     let side = 1u32 << settings.bits;
     session.report.details = Some(Details::Plan(json!({
         "zoom": {

@@ -240,7 +240,8 @@ fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
 
 /// Reads the name of a layer, or of what is made of them.
 fn choice() -> impl TypedValueParser<Value = Choice> {
-    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh", "plants", "scene", "mitsuba", "tiles"]);
+    let names =
+        Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh", "plants", "scene", "mitsuba", "tiles"]);
     PossibleValuesParser::new(names).map(|name| {
         match (Layer::ALL.into_iter().find(|layer| layer.name() == name), name.as_str()) {
             (Some(layer), _) => Choice::One(layer),

@@ -3,7 +3,7 @@
 use super::{Arguments, Choice, mesh};
 use crate::app::cli::options::Size;
 use crate::app::cli::output::Place;
-use crate::app::way::{self, Way};
+use crate::app::way::Way;
 use crate::app::{Error, Session, interrupt, land, memory};
 use crate::core::mesh::Mesh;
 use crate::formats::file::{self, Written};
@@ -59,7 +59,7 @@ pub fn export(arguments: &Arguments, world: &World, zoom: &Zoom, session: &mut S
     let mut renderer = view::Renderer::new(&gpu, way.surface(), settings)?;
     way.check(renderer.spine(), &(0..1))?;
     let location = way.at(renderer.spine(), 0)?;
-    let (altitude, tiles) = renderer.seen(&way::view(&location), &film)?;
+    let (altitude, tiles) = renderer.seen(&view::View::of(&location), &film)?;
     drop(renderer);
     interrupt::check(&session.report)?;
     let seen = Seen { location, altitude, bits: settings.bits, tiles };
@@ -101,10 +101,12 @@ impl Request {
                 "-o {}: tiles are a folder; name one, ending in /, or give --layer mesh",
                 path.display()
             )),
-            Place::File(path) if !["glb", "ply"].contains(&formats::extension(path).as_str()) => refuse(format!(
-                "-o {}: what is in view of a zoom is a .glb or .ply file, or a folder, which ends in /",
-                path.display()
-            )),
+            Place::File(path) if !["glb", "ply"].contains(&formats::extension(path).as_str()) => {
+                refuse(format!(
+                    "-o {}: what is in view of a zoom is a .glb or .ply file, or a folder, which ends in /",
+                    path.display()
+                ))
+            }
             Place::File(path) => {
                 place.prepare([""])?;
                 Ok(Request { mesh: Some(path.clone()), tiles: None, place })
@@ -247,6 +249,7 @@ fn write_json(path: &Path, value: &Value) -> Result<Written, formats::Error> {
 fn comments(unit: &str, location: &Location) -> Vec<String> {
     const LETTERS: usize = 72;
     let code = location.code();
-    let lines = code.as_bytes().chunks(LETTERS).map(|line| format!("location {}", String::from_utf8_lossy(line)));
+    let lines =
+        code.as_bytes().chunks(LETTERS).map(|line| format!("location {}", String::from_utf8_lossy(line)));
     [format!("terrane: {unit}")].into_iter().chain(lines).collect()
 }

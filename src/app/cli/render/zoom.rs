@@ -107,13 +107,14 @@ impl Job<'_> {
         location: &Location,
         zoom: &Zoom,
     ) -> Result<(Picture, Flown), Error> {
-        let view = way::view(location);
+        let view = View::of(location);
         let (light, film) = (&self.world.light, &self.film);
         if !self.arguments.zoom.stereo {
             let view::Shot { picture, altitude, drawn, made, .. } = renderer.render(&view, light, film)?;
             return Ok((picture, flown(location, altitude, [drawn, made])));
         }
-        let flight = Flight::new(renderer.spine(), view.place.clone(), view.level).map_err(view::Error::from)?;
+        let flight =
+            Flight::new(renderer.spine(), view.place.clone(), view.level).map_err(view::Error::from)?;
         let altitude = flight.clearance();
         let [right, ..] = view.attitude.axes();
         // They are at most half as far from the middle as the surface is.
@@ -146,7 +147,10 @@ fn check_use(arguments: &Arguments, renderer: Renderer) -> Result<(), Error> {
         return Err(Error::Usage("--renderer trace: a zoom is rasterised".into()));
     }
     if arguments.resume {
-        return Err(Error::Usage("--resume: a zoom keeps nothing to go on from; name the frames that are missing with --frames".into()));
+        return Err(Error::Usage(
+            "--resume: a zoom keeps nothing to go on from; name the frames that are missing with --frames"
+                .into(),
+        ));
     }
     let trace::Limits { spp, time_limit, noise, finish: Finish { half, .. } } = &arguments.limits;
     let given = [
@@ -158,9 +162,9 @@ fn check_use(arguments: &Arguments, renderer: Renderer) -> Result<(), Error> {
     ];
     match given.into_iter().find(|(_, given)| *given) {
         None => Ok(()),
-        Some((option, _)) => {
-            Err(Error::Usage(format!("{option} is for traced pictures, and a zoom is rasterised; leave it out")))
-        }
+        Some((option, _)) => Err(Error::Usage(format!(
+            "{option} is for traced pictures, and a zoom is rasterised; leave it out"
+        ))),
     }
 }
 
