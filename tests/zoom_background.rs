@@ -73,12 +73,14 @@ fn layers_are_seen_where_they_are() {
             eyes.insert(band.eye.clone());
             // The place is in the cell whose middle the eye is.
             let grid = root + 11;
-            let cells = |eye: &terrane::zoom::address::Fixed, place: &terrane::zoom::address::Fixed, level: u32| {
-                eye.at(level + 20).to(place.slice(level + 20)) / f64::from(1 << 20)
-            };
+            let cells =
+                |eye: &terrane::zoom::address::Fixed, place: &terrane::zoom::address::Fixed, level: u32| {
+                    eye.at(level + 20).to(place.slice(level + 20)) / f64::from(1 << 20)
+                };
             let halvings = surface.roughness.halvings();
             let Place { x, y, z } = &band.eye;
-            let away = [cells(x, &place.x, grid), cells(y, &place.y, grid - halvings), cells(z, &place.z, grid)];
+            let away =
+                [cells(x, &place.x, grid), cells(y, &place.y, grid - halvings), cells(z, &place.z, grid)];
             assert!(away.iter().all(|away| away.abs() <= 0.5 + 1e-5), "{away:?}");
             for leaf in &band.leaves {
                 let eye = band.tree.eye(leaf.cell.level).unwrap();
@@ -203,7 +205,8 @@ fn nothing_shows_between_layers() {
             let picture = shot(&mut renderer, &view);
             let width = FILM.width as usize;
             for column in 0..width {
-                let green = picture.pixels.iter().skip(column).step_by(width).map(|[_, green, ..]| *green > 0.0);
+                let green =
+                    picture.pixels.iter().skip(column).step_by(width).map(|[_, green, ..]| *green > 0.0);
                 let hole = green.skip_while(|green| !green).position(|green| !green);
                 assert_eq!(hole, None, "seed {seed}, depth {depth}, column {column}");
                 columns += 1;

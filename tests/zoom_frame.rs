@@ -3,9 +3,6 @@
 mod kit;
 
 use glam::DVec3;
-use kit::program::{good, json, terrane, told};
-use serde_json::Value;
-use std::path::Path;
 use terrane::{
     core::camera::direction,
     scene::{Film, Light, Picture, Sun, ToneMap},
@@ -230,50 +227,4 @@ fn nothing_pops_when_a_tile_is_split() {
     println!("{splits} splits, {changed} pixels not the same bits, {outlines} of outlines not the same");
     assert!(splits > 8 && changed > 0);
     assert!(outlines < splits);
-}
-
-const TINY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/zoom/tiny.toml");
-
-/// Hashes of frames that the program makes, by their numbers.
-fn frames(folder: &Path, options: &[&str]) -> Vec<(u64, String)> {
-    let common = ["render", TINY, "--size", "96x54", "-o", "frames/%03d.png", "--json", "--quiet"];
-    let output = terrane(folder, &[&common[..], options].concat());
-    good(&output);
-    let report = json(&output);
-    let frames = report["frames"].as_array().expect("frames");
-    let hash =
-        |frame: &Value| (frame["number"].as_u64().unwrap(), frame["sha256"].as_str().unwrap().to_owned());
-    assert!(frames.iter().all(|frame| frame["tiles_drawn"].as_u64().unwrap() > 10));
-    let depths: Vec<f64> = frames.iter().map(|frame| frame["depth"].as_f64().unwrap()).collect();
-    assert!((depths[0] - depths[depths.len() - 1]).abs() > frames.len() as f64 / 2.0, "{depths:?}");
-    frames.iter().map(hash).collect()
-}
-
-/// The way back is the way in, frame by frame, also where a film is made in parts.
-#[test]
-fn the_program_flies_in_and_out() {
-    let _turn = kit::turn();
-    let folder = tempfile::tempdir().unwrap();
-    let way_in = frames(folder.path(), &["--frames", "0..10"]);
-    let way_out = frames(folder.path(), &["--frames", "0..10", "--return"]);
-    for (frame, hash) in &way_out {
-        assert_eq!(*hash, way_in[9 - *frame as usize].1, "frame {frame}");
-    }
-    assert_eq!(frames(folder.path(), &["--frames", "6..9"]), way_in[6..9]);
-    let other = frames(folder.path(), &["--frames", "6..9", "--seed", "2"]);
-    assert!(other.iter().zip(&way_in[6..9]).all(|(other, own)| other.1 != own.1));
-}
-
-#[test]
-fn what_a_zoom_can_not_is_refused() {
-    let _turn = kit::turn();
-    let folder = tempfile::tempdir().unwrap();
-    let render = |options: &[&str]| terrane(folder.path(), &[&["render", TINY], options].concat());
-    told(&render(&["--renderer", "trace"]), 2, "a zoom is rasterised");
-    told(&render(&["--return"]), 2, "--frames");
-    told(&render(&["--set", "zoom.depth=-1"]), 3, "zoom.depth");
-    told(&render(&["--set", "zoom.tiles=1000"]), 3, "zoom.tiles");
-    let island = TINY.replace("zoom/tiny", "island/tiny");
-    let output = terrane(folder.path(), &["render", &island, "--frames", "0..2", "--return"]);
-    told(&output, 3, "no `camera.keyframes`");
 }

@@ -11,6 +11,8 @@
 pub mod address;
 pub mod background;
 pub mod height;
+pub mod memory;
+pub mod mesh;
 pub mod motion;
 mod paint;
 pub mod tiles;

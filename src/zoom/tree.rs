@@ -235,6 +235,16 @@ impl Tree {
         })
     }
 
+    /// The children of leaves that are nearer than so many of their sides: those that will be split soon.
+    pub fn soon(&self, sides: f64) -> Vec<(Cell, Corners)> {
+        let near = self.leaves().into_iter().filter(|leaf| leaf.distance < sides);
+        near.flat_map(|Leaf { cell, corners, .. }| {
+            let quarters = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|quarter| cell.child(quarter));
+            quarters.into_iter().zip(corners.children(&self.surface, cell))
+        })
+        .collect()
+    }
+
     /// Makes leaves of all nodes whose children are not ready, and of what would then not be balanced: from coarse to fine, a node stays split
     /// only if its children are ready and all eight tiles around it are there. Until it is ready, a tile is shown by its parent, whose surface its own begins as.
     pub fn wait_for(&mut self, is_ready: impl Fn(Cell) -> bool) {

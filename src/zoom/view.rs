@@ -4,13 +4,13 @@
 //! these come again, bit for bit.
 
 use super::{
-    address::{Attitude, Cell, Place},
+    address::{Attitude, Cell, Location, Place},
     background::{self, Background, Behind, Means},
     height::{Corners, Spine, Surface},
     motion::{Buried, Clearance, Distance, clearance},
     paint::{Canvas, Frustum, Lattice, Painter, Stage, TooDeep},
-    tiles::{Made, Tiles},
-    tree::{Detail, TooMany, Tree},
+    tiles::{Heights, Made, Tiles},
+    tree::{Detail, Leaf, TooMany, Tree},
 };
 use crate::{
     core::camera::Pinhole,
@@ -19,7 +19,10 @@ use crate::{
     shaders::zoom::develop,
 };
 use glam::{DVec3, Vec3};
-use std::time::{Duration, Instant};
+use std::{
+    ops::Range,
+    time::{Duration, Instant},
+};
 
 /// How a surface is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,6 +52,14 @@ pub struct View {
     pub fov: f32,
     /// About the level whose cells are as large as the surface is far. It decides nothing but time.
     pub level: u32,
+}
+
+impl View {
+    /// From a location, whatever its surface.
+    pub fn of(location: &Location) -> View {
+        let Location { level, place, attitude, .. } = location;
+        View { place: place.clone(), attitude: *attitude, fov: location.fov_radians(), level: *level }
+    }
 }
 
 /// Why there is no picture.
@@ -100,6 +111,11 @@ pub struct Renderer {
     /// Time spent waiting for the device since the last picture.
     waited: Duration,
 }
+
+/// Tiles are made when they are nearer than this many times what they are drawn at, as long as there are not too many,
+const EARLY: f64 = 1.25;
+/// more than this in one picture.
+const TILES_AHEAD: usize = 8;
 
 /// What a view shows.
 #[derive(Clone, Debug)]
@@ -227,6 +243,20 @@ impl Renderer {
         }
     }
 
+    /// The tiles in the foreground of a picture, from coarse to fine, with all their heights, and how far the surface is.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn seen(&mut self, view: &View) -> Result<(Distance, Vec<(Leaf, Heights)>), Error> {
+        let selection = self.select(view)?;
+        self.make(view, &selection)?;
+        let Selection { tree, altitude, .. } = selection;
+        let frustum = Frustum::new(&camera(view, &self.film));
+        let leaves: Vec<Leaf> = tree.leaves().into_iter().filter(|leaf| frustum.has(&tree, leaf)).collect();
+        let heights = self.tiles.read(&self.gpu, leaves.iter().map(|leaf| leaf.cell))?;
+        Ok((altitude, leaves.into_iter().zip(heights).collect()))
+    }
+
     /// Which tiles a view shows in the foreground.
     ///
     /// # Errors
@@ -252,6 +282,8 @@ impl Renderer {
         let wanted = selection.wanted.iter().copied();
         let Made { tiles, waiting } =
             self.tiles.make(&mut rec, &mut self.spine, &view.place, wanted, usize::MAX);
+        let soon = selection.tree.soon(EARLY * self.settings.detail.sides());
+        self.tiles.make_also(&mut rec, &mut self.spine, &view.place, soon, TILES_AHEAD);
         self.wait(rec)?;
         match waiting {
             0 => Ok(tiles),
@@ -311,6 +343,45 @@ impl Renderer {
 
     fn wait(&mut self, rec: Recorder) -> gpu::Result<gpu::Finished> {
         wait(rec, &mut self.waited)
+    }
+}
+
+/// Looks ahead on a flight whose frames are known, so that no picture has to wait for what is behind it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Ahead {
+    /// The first frame that has not been looked at.
+    next: u32,
+}
+
+/// Frames that are looked at in one call.
+const LOOKS: u32 = 8;
+
+impl Ahead {
+    /// How far: somewhat less than a layer of the background has.
+    pub const LEVELS: f64 = 7.0;
+
+    /// Prepares what is behind the frames after the first of `frames`, at most so many, and does a share of the work.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`], and those of `view`.
+    pub fn look<E: From<Error>>(
+        &mut self,
+        renderer: &mut Renderer,
+        frames: Range<u32>,
+        most: u32,
+        mut view: impl FnMut(&mut Spine, u32) -> Result<View, E>,
+    ) -> Result<(), E> {
+        let Range { start: now, end } = frames;
+        self.next = self.next.max(now + 1);
+        let last = end.min(now.saturating_add(most).saturating_add(1)).min(self.next + LOOKS);
+        while self.next < last {
+            let view = view(renderer.spine(), self.next)?;
+            if !renderer.prepare(&view, (self.next - now) as usize)? {
+                break;
+            }
+            self.next += 1;
+        }
+        Ok(renderer.work()?)
     }
 }
 

@@ -1,6 +1,7 @@
 //! Numbers with as many binary digits behind the point as a place needs.
 
 use super::residue::Residue;
+use num_bigint::BigInt;
 
 /// A multiple of some 2⁻ⁿ, in two's complement: a whole part modulo 2⁶⁴ and digits behind the point, as many as there are.
 ///
@@ -59,6 +60,15 @@ impl Fixed {
     /// The number as seen from the lattice of a level.
     pub fn at(&self, level: u32) -> Coordinate {
         Coordinate { whole: self.slice(level), behind: self.slice(level + 64) }
+    }
+
+    /// The whole number that is `wrapped` modulo 2⁶⁴ and less than 2⁶³ from self · 2^`level`.
+    pub fn without_wrapping(&self, wrapped: u64, level: u32) -> BigInt {
+        let (words, rest) = (level.div_ceil(64), level.div_ceil(64) * 64 - level);
+        let bytes: Vec<u8> = (0..=words as usize).flat_map(|word| self.word(word).to_be_bytes()).collect();
+        // Shifted down, negative numbers are rounded down.
+        let own = BigInt::from_signed_bytes_be(&bytes) >> rest;
+        own + wrapped.wrapping_sub(self.slice(level)) as i64
     }
 
     /// Adds `amount` · 2^−`level`.

@@ -3,7 +3,7 @@
 use super::{Approach, Clearance, Depth, Distance, clearance};
 use crate::zoom::{
     address::{DEEPEST, Place},
-    height::{AMPLITUDE, FRACTION_BITS, REACH, Spine},
+    height::{AMPLITUDE, FRACTION_BITS, REACH, Roughness, Spine},
     tree::Eye,
 };
 use glam::DVec3;
@@ -35,6 +35,19 @@ const AROUND: usize = 2;
 pub struct Flight {
     place: Place,
     clearance: Distance,
+}
+
+/// A place beside another: the step (east, up, south) is in distances.
+pub fn moved(place: &Place, Distance { level, cells }: Distance, step: DVec3, roughness: Roughness) -> Place {
+    let digits = level + STEP_DIGITS;
+    let unit = cells * (1u64 << STEP_DIGITS) as f64;
+    let [east, up, south] = (step * unit).round().to_array().map(|amount| amount as i64);
+    let mut place = place.clone();
+    place.x.add(east, digits);
+    // Amplitudes are shorter than cells.
+    place.y.add(up, digits - roughness.halvings());
+    place.z.add(south, digits);
+    place
 }
 
 /// A place where no flight can begin.
@@ -88,14 +101,7 @@ impl Flight {
         if cells >= CEILING && step.y > 0.0 {
             return false;
         }
-        let digits = level + STEP_DIGITS;
-        let unit = cells * (1u64 << STEP_DIGITS) as f64;
-        let [east, up, south] = (step * unit).round().to_array().map(|amount| amount as i64);
-        let mut place = self.place.clone();
-        place.x.add(east, digits);
-        // Amplitudes are shorter than cells.
-        place.y.add(up, digits - spine.surface().roughness.halvings());
-        place.z.add(south, digits);
+        let place = moved(&self.place, self.clearance, step, spine.surface().roughness);
         match clearance(spine, &place, level) {
             Some(Clearance { distance, is_above: true }) if distance.level <= DEEPEST => {
                 *self = Flight { place, clearance: distance };
