@@ -76,19 +76,19 @@ const WARM: u32 = 32;
 /// Frames in a level.
 const FRAMES_A_LEVEL: u32 = 32;
 
-/// Measures once; between two frames `stops` is asked whether to end, and `done` is told each row.
+/// How often each flight is flown. Other work on the machine can only add, so the shorter time of a frame counts.
+const PASSES: u32 = 2;
+
+/// Flights take turns frame by frame, so that whatever slows the machine down slows all of them. Between two frames `stops` is asked whether to end, and
+/// `done` is told each row.
 ///
 /// # Errors
 /// No memory; [`Error::Stopped`].
 pub fn zoom(gpu: &Gpu, stops: impl Fn() -> bool, mut done: impl FnMut(&Row)) -> Result<Zoom, Error> {
     let info = gpu.info();
     let subject = Subject::new(gpu)?;
-    let mut rows = Vec::new();
-    for depth in FLIGHTS {
-        let row = subject.fly(depth, &stops)?;
-        done(&row);
-        rows.push(row);
-    }
+    let rows = subject.fly(&stops)?;
+    rows.iter().for_each(&mut done);
     let memory = DEPTHS.iter().map(|depth| subject.memory(*depth)).collect::<Result<Vec<_>, Error>>()?;
     let [.., before, last] = memory[..] else { return Err(Error::Stopped) };
     let grown = last.host_bytes as f64 - before.host_bytes as f64;
@@ -103,6 +103,15 @@ pub fn zoom(gpu: &Gpu, stops: impl Fn() -> bool, mut done: impl FnMut(&Row)) -> 
         memory,
         first_frame_seconds: subject.first_frame(last.depth)?.as_secs_f64(),
     })
+}
+
+/// A flight, and the times of its frames: the shortest of all passes, wall and work.
+struct Flight {
+    depth: u32,
+    renderer: Renderer,
+    autopilot: Autopilot,
+    ahead: Ahead,
+    times: Vec<[Duration; 2]>,
 }
 
 struct Subject<'a> {
@@ -129,33 +138,52 @@ impl Subject<'_> {
         View { place, attitude, fov: self.world.fov, level: depth.whole() }
     }
 
-    /// A flight of some levels that ends in those that are measured.
-    fn fly(&self, depth: u32, stops: impl Fn() -> bool) -> Result<Row, Error> {
-        let mut renderer = self.renderer()?;
-        let mut autopilot = Autopilot::new(self.surface);
-        let (mut wall, mut work) = (Vec::new(), Vec::new());
-        let mut ahead = Ahead::default();
-        let mut view = |spine: &mut Spine, frame: u32| {
-            let frames = u64::from(depth) * u64::from(FRAMES_A_LEVEL) + u64::from(frame) - u64::from(WARM);
-            self.view(&mut autopilot, spine, Depth::of_frame(frames, 1, FRAMES_A_LEVEL))
+    /// All flights, each through some levels before those that are measured.
+    fn fly(&self, stops: impl Fn() -> bool) -> Result<Vec<Row>, Error> {
+        let begin = |depth| {
+            let autopilot = Autopilot::new(self.surface);
+            let times = vec![[Duration::MAX; 2]; FRAMES as usize];
+            Ok(Flight { depth, renderer: self.renderer()?, autopilot, ahead: Ahead::default(), times })
         };
-        for frame in 0..WARM + FRAMES {
-            if stops() {
-                return Err(Error::Stopped);
+        let mut flights = FLIGHTS.into_iter().map(begin).collect::<Result<Vec<_>, Error>>()?;
+        for _ in 0..PASSES {
+            for flight in &mut flights {
+                flight.renderer.clear();
+                flight.ahead = Ahead::default();
             }
-            let watch = Stopwatch::start();
-            let here = view(renderer.spine(), frame);
-            renderer.render(&here)?;
-            let coming = |spine: &mut Spine, frame| Ok::<_, Error>(view(spine, frame));
-            let window = (Ahead::LEVELS * f64::from(FRAMES_A_LEVEL)) as u32;
-            ahead.look(&mut renderer, frame..WARM + FRAMES, window, coming)?;
-            let spent = watch.stop();
-            if frame >= WARM {
-                wall.push(spent.wall);
-                work.push(spent.work);
+            for frame in 0..WARM + FRAMES {
+                for flight in &mut flights {
+                    if stops() {
+                        return Err(Error::Stopped);
+                    }
+                    self.frame(flight, frame)?;
+                }
             }
         }
-        Ok(Row { depth, frames: FRAMES, wall: Times::of(wall), work: Times::of(work) })
+        let row = |Flight { depth, times, .. }: Flight| {
+            let [wall, work] = [0, 1].map(|clock: usize| Times::of(times.iter().map(|time| time[clock])));
+            Row { depth, frames: FRAMES, wall, work }
+        };
+        Ok(flights.into_iter().map(row).collect())
+    }
+
+    fn frame(&self, flight: &mut Flight, frame: u32) -> Result<(), Error> {
+        let Flight { depth, renderer, autopilot, ahead, times } = flight;
+        let mut view = |spine: &mut Spine, frame: u32| {
+            let frames = u64::from(*depth * FRAMES_A_LEVEL + frame - WARM);
+            self.view(autopilot, spine, Depth::of_frame(frames, 1, FRAMES_A_LEVEL))
+        };
+        let watch = Stopwatch::start();
+        let here = view(renderer.spine(), frame);
+        renderer.render(&here)?;
+        let window = (Ahead::LEVELS * f64::from(FRAMES_A_LEVEL)) as u32;
+        let coming = |spine: &mut Spine, frame| Ok::<_, Error>(view(spine, frame));
+        ahead.look(renderer, frame..WARM + FRAMES, window, coming)?;
+        let spent = watch.stop();
+        if let Some(time) = frame.checked_sub(WARM).and_then(|frame| times.get_mut(frame as usize)) {
+            *time = [time[0].min(spent.wall), time[1].min(spent.work)];
+        }
+        Ok(())
     }
 
     fn memory(&self, depth: u32) -> Result<Memory, Error> {
@@ -189,7 +217,8 @@ impl Subject<'_> {
 }
 
 impl Times {
-    fn of(mut times: Vec<Duration>) -> Times {
+    fn of(times: impl Iterator<Item = Duration>) -> Times {
+        let mut times: Vec<Duration> = times.collect();
         times.sort_unstable();
         let at = |share: f64| {
             let index = (share * (times.len().saturating_sub(1)) as f64).round() as usize;

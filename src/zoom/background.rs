@@ -487,7 +487,8 @@ impl Background {
         let lattice = Lattice::new(self.surface, &band.eye, &band.leaves, band.level, self.bits)?;
         let seen = |face| {
             let frustum = Frustum::new(&face_camera(face, self.canvas.size()[0]));
-            band.leaves.iter().filter(|leaf| frustum.has(&band.tree, leaf)).copied().collect()
+            // What is near first: it hides the rest.
+            band.leaves.iter().rev().filter(|leaf| frustum.has(&band.tree, leaf)).copied().collect()
         };
         let faces = (0..FACES.len()).map(seen).collect();
         Ok(Laying { band, lattice, faces, face: 0, drawn: 0 })

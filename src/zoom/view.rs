@@ -304,7 +304,8 @@ impl Renderer {
         let surface = *self.spine.surface();
         let lattice = Lattice::new(surface, &view.place, &leaves, altitude.level, self.settings.bits)?;
         let frustum = Frustum::new(camera);
-        let seen = leaves.iter().filter(|leaf| frustum.has(tree, leaf));
+        // What is near first: it hides the rest.
+        let seen = leaves.iter().rev().filter(|leaf| frustum.has(tree, leaf));
         let views: Vec<_> =
             seen.filter_map(|leaf| self.painter.view(&self.tiles, &view.place, &lattice, leaf)).collect();
         let near = libm::exp2(libm::log2(altitude.cells).floor()) as f32 / 4.0;

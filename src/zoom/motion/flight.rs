@@ -115,12 +115,14 @@ impl Flight {
     /// nothing is in the way, and what led out leads back in.
     pub fn way_out(&self, spine: &mut Spine) -> (Approach, Depth) {
         let level = self.clearance.level;
+        let fine = level + TARGET_DIGITS;
+        let ground = spine.patch(&self.place, fine).height(REACH as usize, REACH as usize);
+        // Differences of wrapped heights are exact.
+        let fall = ground.wrapping_sub(self.place.y.slice(fine + FRACTION_BITS) as i64);
         let mut target = self.place.clone();
-        target.y = spine.ground(&self.place, level + TARGET_DIGITS);
-        // From the place to its target, amplitudes of the level.
-        let digits = level + FRACTION_BITS + TARGET_DIGITS;
-        let height =
-            -self.place.y.at(digits).to(target.y.slice(digits)) / (AMPLITUDE << TARGET_DIGITS) as f64;
+        target.y.add(fall, fine + FRACTION_BITS);
+        // Amplitudes of the level, and cells.
+        let height = -fall as f64 / (AMPLITUDE << TARGET_DIGITS) as f64;
         let cells = height * spine.surface().roughness.cells();
         let offset = [0, (cells * 65_536.0).round() as i64, 0];
         (Approach { target, offset }, Depth::level(level))
