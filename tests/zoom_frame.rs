@@ -3,16 +3,18 @@
 mod kit;
 
 use glam::DVec3;
+use sha2::{Digest, Sha256};
 use terrane::{
     core::camera::direction,
     scene::{Film, Light, Picture, Sun, ToneMap},
     sky::preetham,
     zoom::{
         address::{Attitude, Place},
+        background,
         height::{Refinement, Roughness, Spine, Surface},
         motion::{Autopilot, Depth},
         tree::Detail,
-        view::{Renderer, Settings, View},
+        view::{self, Ahead, Renderer, Settings, View},
     },
 };
 
@@ -81,15 +83,15 @@ fn holes_ahead(ranges: &[f32]) -> usize {
         .sum()
 }
 
-#[test]
-fn there_are_no_holes() {
+/// Looks around at so many places, half of them steered, for each of three seeds.
+fn no_holes(places: u32) {
     let gpu = kit::gpu();
     let mut words = Words(4);
     let (mut looked_at, mut ground) = (0, 0);
     for seed in 0..3 {
         let surface = surface(seed);
         let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
-        for index in 0..12 {
+        for index in 0..places {
             let level = words.next() % 60;
             let is_steered = index % 2 == 0;
             let place = if is_steered {
@@ -116,6 +118,17 @@ fn there_are_no_holes() {
     }
     println!("{looked_at} samples, {ground} of the ground");
     assert!(ground > looked_at / 2);
+}
+
+#[test]
+fn there_are_no_holes() {
+    no_holes(8);
+}
+
+#[test]
+#[ignore = "minutes: make test-long"]
+fn there_are_no_holes_at_two_hundred_places() {
+    no_holes(70);
 }
 
 fn shot(renderer: &mut Renderer, view: &View) -> Picture {
@@ -227,4 +240,55 @@ fn nothing_pops_when_a_tile_is_split() {
     println!("{splits} splits, {changed} pixels not the same bits, {outlines} of outlines not the same");
     assert!(splits > 8 && changed > 0);
     assert!(outlines < splits);
+}
+
+/// Pictures of a way in, then of the way back, by a renderer that looks ahead and now and then forgets all it has.
+fn in_and_out(seed: u32, first: u32, levels: u32, octaves: u32) {
+    let film = Film { width: 64, height: 36, ..FILM };
+    let surface = surface(seed);
+    let settings = Settings { octaves, layers: Some(background::layers(octaves)), face: 64, ..SETTINGS };
+    let mut renderer = Renderer::new(&kit::gpu(), surface, settings, &light(), &film).unwrap();
+    let mut autopilot = Autopilot::new(surface);
+    let last = 2 * levels - 1;
+    let mut view = |spine: &mut Spine, frame: u32| {
+        let level = first + frame.min(last - frame);
+        // Not the whole levels, where much is simple.
+        let depth = Depth(u64::from(level) << 16 | 23_456);
+        let pose = autopilot.at(spine, depth);
+        View { place: pose.place, attitude: pose.attitude, fov: 1.2, level: depth.whole() }
+    };
+    let mut ahead = Ahead::default();
+    let mut hashes = Vec::new();
+    for frame in 0..=last {
+        let here = view(renderer.spine(), frame);
+        let picture = renderer.render(&here).unwrap().picture;
+        let bytes: Vec<u8> = picture.pixels.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        hashes.push(Sha256::digest(bytes));
+        ahead
+            .look(&mut renderer, frame..last + 1, 7, |spine, frame| Ok::<_, view::Error>(view(spine, frame)))
+            .unwrap();
+        if frame % 50 == 49 {
+            renderer.clear();
+        }
+    }
+    let all = hashes.len();
+    for (frame, hash) in hashes.iter().enumerate() {
+        assert_eq!(*hash, hashes[all - 1 - frame], "seed {seed}, frame {frame}");
+    }
+    let distinct: std::collections::HashSet<_> = hashes.iter().collect();
+    assert_eq!(distinct.len(), levels as usize);
+}
+
+#[test]
+fn the_way_out_shows_what_the_way_in_did() {
+    in_and_out(11, 0, 26, 30);
+    in_and_out(12, 300, 10, 64);
+}
+
+#[test]
+#[ignore = "minutes: make test-long"]
+fn the_way_out_of_six_hundred_levels_shows_what_the_way_in_did() {
+    for (seed, octaves) in [(1, 64), (2, 30), (3, 16)] {
+        in_and_out(seed, 0, 600, octaves);
+    }
 }
