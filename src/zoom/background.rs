@@ -381,8 +381,7 @@ impl Background {
         if self.job.is_none()
             && let Some(target) = self.oldest(|composite| composite.expected > self.clock)
         {
-            // The last quarter of the time is for what comes in between.
-            self.begin(keys, place, target, calls * 3 / 4);
+            self.begin(keys, place, target, (calls * 3 / 4).min(CALLS));
             self.kept[target].expected = expected;
         }
         false
@@ -546,6 +545,9 @@ impl Background {
         rec.dispatch(&self.lay, self.canvas.size(), push, bindings);
     }
 }
+
+/// Most calls that a background is made in: the rest of the time until it is needed is for those that are needed soon after.
+const CALLS: usize = 64;
 
 /// Whether a background shows these layers, and behind them none but such as are behind them all.
 fn shows(kept: &[Key], keys: &[Key]) -> bool {
