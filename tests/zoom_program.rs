@@ -98,6 +98,8 @@ fn a_code_says_what_is_seen() {
     // Codes of this length come in files, in lines.
     let deep = picture(path, &["--set", "zoom.depth=10000", "-o", "deep.png"]);
     assert!(deep["level"].as_u64().unwrap() >= 9_999 && code(&deep).len() > 5000);
+    // What the device keeps does not grow.
+    assert_eq!(deep["gpu_bytes"], flown[0]["gpu_bytes"]);
     let lines: Vec<&str> =
         code(&deep).as_bytes().chunks(70).map(|line| str::from_utf8(line).unwrap()).collect();
     fs::write(path.join("deep.txt"), lines.join("\r\n")).unwrap();
