@@ -323,7 +323,7 @@ fn what_a_zoom_can_not_is_refused() {
     told(&render(&["--memory-limit", "90MiB"]), 6, "lower zoom.tiles:");
     told(&render(&["--memory-limit", "1MiB"]), 6, "lower zoom.tile or");
     told(&run("check", &["--memory-limit", "90MiB"]), 6, "lower zoom.tiles:");
-    told(&run("export", &["--memory-limit", "90MiB"]), 6, "lower zoom.tiles:");
+    told(&run("export", &["--memory-limit", "30MiB"]), 6, "lower zoom.tiles:");
 
     let surface = Surface { seed: 1, refinement: Refinement::Triangles, roughness: Roughness::Half };
     let at = |height: i64| {
