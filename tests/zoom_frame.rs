@@ -3,24 +3,31 @@
 mod kit;
 
 use glam::DVec3;
-use kit::program::{good, json, terrane, told};
-use serde_json::Value;
-use std::path::Path;
+use sha2::{Digest, Sha256};
 use terrane::{
     core::camera::direction,
     scene::{Film, Light, Picture, Sun, ToneMap},
     sky::preetham,
     zoom::{
         address::{Attitude, Place},
+        background,
         height::{Refinement, Roughness, Spine, Surface},
         motion::{Autopilot, Depth},
         tree::Detail,
-        view::{Renderer, Settings, View},
+        view::{self, Ahead, Renderer, Settings, View},
     },
 };
 
 /// The least tiles and the coarsest detail that papers speak of: N = 16, c = 32.
-const SETTINGS: Settings = Settings { bits: 4, detail: Detail::COMMON, octaves: 24, slots: 8000, samples: 1 };
+const SETTINGS: Settings = Settings {
+    bits: 4,
+    detail: Detail::COMMON,
+    octaves: 24,
+    layers: Some(2),
+    face: 192,
+    slots: 8000,
+    samples: 1,
+};
 
 const FILM: Film = Film { width: 160, height: 90, exposure: 1.0 / 20_000.0, tone_map: ToneMap::Filmic };
 
@@ -76,15 +83,15 @@ fn holes_ahead(ranges: &[f32]) -> usize {
         .sum()
 }
 
-#[test]
-fn there_are_no_holes() {
+/// Looks around at so many places, half of them steered, for each of three seeds.
+fn no_holes(places: u32) {
     let gpu = kit::gpu();
     let mut words = Words(4);
     let (mut looked_at, mut ground) = (0, 0);
     for seed in 0..3 {
         let surface = surface(seed);
-        let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
-        for index in 0..12 {
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
+        for index in 0..places {
             let level = words.next() % 60;
             let is_steered = index % 2 == 0;
             let place = if is_steered {
@@ -99,10 +106,10 @@ fn there_are_no_holes() {
                 fov: fov.to_radians() as f32,
                 level,
             };
-            let ahead = renderer.ranges(&view(0.0, 120.0), &light(), &FILM).unwrap();
+            let ahead = renderer.ranges(&view(0.0, 120.0)).unwrap();
             assert_eq!(holes_ahead(&ahead), 0, "seed {seed}, level {level}, steered: {is_steered}");
             // Straight down, where nothing is so steep that a ray misses it.
-            let down = renderer.ranges(&view(-90.0, 20.0), &light(), &FILM).unwrap();
+            let down = renderer.ranges(&view(-90.0, 20.0)).unwrap();
             let holes = down.iter().filter(|range| **range == 0.0).count();
             assert_eq!(holes, 0, "down; seed {seed}, level {level}, steered: {is_steered}");
             looked_at += ahead.len() + down.len();
@@ -113,8 +120,19 @@ fn there_are_no_holes() {
     assert!(ground > looked_at / 2);
 }
 
+#[test]
+fn there_are_no_holes() {
+    no_holes(8);
+}
+
+#[test]
+#[ignore = "minutes: make test-long"]
+fn there_are_no_holes_at_two_hundred_places() {
+    no_holes(70);
+}
+
 fn shot(renderer: &mut Renderer, view: &View) -> Picture {
-    renderer.render(view, &light(), &FILM).unwrap().picture
+    renderer.render(view).unwrap().picture
 }
 
 #[test]
@@ -122,7 +140,7 @@ fn the_same_view_is_the_same_picture() {
     let gpu = kit::gpu();
     let surface = surface(5);
     let views = [0, 7 << 16, 30 << 15, 500 << 16, 501 << 16].map(|depth| steered(surface, Depth(depth)));
-    let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+    let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
     let first: Vec<Picture> = views.iter().map(|view| shot(&mut renderer, view)).collect();
     // The way back, then from nothing, then each by one that has drawn nothing else.
     for (view, picture) in views.iter().zip(&first).rev() {
@@ -131,7 +149,9 @@ fn the_same_view_is_the_same_picture() {
     for (view, picture) in views.iter().zip(&first) {
         renderer.clear();
         assert!(shot(&mut renderer, view) == *picture);
-        assert!(shot(&mut Renderer::new(&gpu, surface, SETTINGS).unwrap(), view) == *picture);
+        assert!(
+            shot(&mut Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap(), view) == *picture
+        );
     }
     // They show something, and something else each.
     for (index, picture) in first.iter().enumerate() {
@@ -194,7 +214,7 @@ fn nothing_pops_when_a_tile_is_split() {
     let (mut splits, mut outlines, mut changed) = (0, 0, 0);
     for seed in 0..4 {
         let surface = surface(seed);
-        let mut renderer = Renderer::new(&gpu, surface, SETTINGS).unwrap();
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
         for depth in [3, 9, 33, 70, 200] {
             let start = steered(surface, Depth::level(depth));
             let Some(mut views) = places_at_a_split(&mut renderer, &start, depth) else { continue };
@@ -203,7 +223,7 @@ fn nothing_pops_when_a_tile_is_split() {
             let pictures = [0, 1].map(|index: usize| shot(&mut renderer, &views[index]));
             changed +=
                 pictures[0].pixels.iter().zip(&pictures[1].pixels).filter(|(from, to)| from != to).count();
-            let mut ranges = |index: usize| renderer.ranges(&views[index], &light(), &FILM).unwrap();
+            let mut ranges = |index: usize| renderer.ranges(&views[index]).unwrap();
             let ranges = [ranges(0), ranges(1)];
             let [from, to] = [0, 1].map(|index: usize| pictures[index].developed(ToneMap::Filmic));
             let pixels = from.as_chunks::<3>().0.iter().zip(to.as_chunks::<3>().0);
@@ -222,48 +242,53 @@ fn nothing_pops_when_a_tile_is_split() {
     assert!(outlines < splits);
 }
 
-const TINY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/zoom/tiny.toml");
-
-/// Hashes of frames that the program makes, by their numbers.
-fn frames(folder: &Path, options: &[&str]) -> Vec<(u64, String)> {
-    let common = ["render", TINY, "--size", "96x54", "-o", "frames/%03d.png", "--json", "--quiet"];
-    let output = terrane(folder, &[&common[..], options].concat());
-    good(&output);
-    let report = json(&output);
-    let frames = report["frames"].as_array().expect("frames");
-    let hash =
-        |frame: &Value| (frame["number"].as_u64().unwrap(), frame["sha256"].as_str().unwrap().to_owned());
-    assert!(frames.iter().all(|frame| frame["tiles_drawn"].as_u64().unwrap() > 10));
-    let depths: Vec<f64> = frames.iter().map(|frame| frame["depth"].as_f64().unwrap()).collect();
-    assert!((depths[0] - depths[depths.len() - 1]).abs() > frames.len() as f64 / 2.0, "{depths:?}");
-    frames.iter().map(hash).collect()
-}
-
-/// The way back is the way in, frame by frame, also where a film is made in parts.
-#[test]
-fn the_program_flies_in_and_out() {
-    let _turn = kit::turn();
-    let folder = tempfile::tempdir().unwrap();
-    let way_in = frames(folder.path(), &["--frames", "0..10"]);
-    let way_out = frames(folder.path(), &["--frames", "0..10", "--return"]);
-    for (frame, hash) in &way_out {
-        assert_eq!(*hash, way_in[9 - *frame as usize].1, "frame {frame}");
+/// Pictures of a way in, then of the way back, by a renderer that looks ahead and now and then forgets all it has.
+fn in_and_out(seed: u32, first: u32, levels: u32, octaves: u32) {
+    let film = Film { width: 64, height: 36, ..FILM };
+    let surface = surface(seed);
+    let settings = Settings { octaves, layers: Some(background::layers(octaves)), face: 64, ..SETTINGS };
+    let mut renderer = Renderer::new(&kit::gpu(), surface, settings, &light(), &film).unwrap();
+    let mut autopilot = Autopilot::new(surface);
+    let last = 2 * levels - 1;
+    let mut view = |spine: &mut Spine, frame: u32| {
+        let level = first + frame.min(last - frame);
+        // Not the whole levels, where much is simple.
+        let depth = Depth(u64::from(level) << 16 | 23_456);
+        let pose = autopilot.at(spine, depth);
+        View { place: pose.place, attitude: pose.attitude, fov: 1.2, level: depth.whole() }
+    };
+    let mut ahead = Ahead::default();
+    let mut hashes = Vec::new();
+    for frame in 0..=last {
+        let here = view(renderer.spine(), frame);
+        let picture = renderer.render(&here).unwrap().picture;
+        let bytes: Vec<u8> = picture.pixels.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        hashes.push(Sha256::digest(bytes));
+        ahead
+            .look(&mut renderer, frame..last + 1, 7, |spine, frame| Ok::<_, view::Error>(view(spine, frame)))
+            .unwrap();
+        if frame % 50 == 49 {
+            renderer.clear();
+        }
     }
-    assert_eq!(frames(folder.path(), &["--frames", "6..9"]), way_in[6..9]);
-    let other = frames(folder.path(), &["--frames", "6..9", "--seed", "2"]);
-    assert!(other.iter().zip(&way_in[6..9]).all(|(other, own)| other.1 != own.1));
+    let all = hashes.len();
+    for (frame, hash) in hashes.iter().enumerate() {
+        assert_eq!(*hash, hashes[all - 1 - frame], "seed {seed}, frame {frame}");
+    }
+    let distinct: std::collections::HashSet<_> = hashes.iter().collect();
+    assert_eq!(distinct.len(), levels as usize);
 }
 
 #[test]
-fn what_a_zoom_can_not_is_refused() {
-    let _turn = kit::turn();
-    let folder = tempfile::tempdir().unwrap();
-    let render = |options: &[&str]| terrane(folder.path(), &[&["render", TINY], options].concat());
-    told(&render(&["--renderer", "trace"]), 2, "a zoom is rasterised");
-    told(&render(&["--return"]), 2, "--frames");
-    told(&render(&["--set", "zoom.depth=-1"]), 3, "zoom.depth");
-    told(&render(&["--set", "zoom.tiles=1000"]), 3, "zoom.tiles");
-    let island = TINY.replace("zoom/tiny", "island/tiny");
-    let output = terrane(folder.path(), &["render", &island, "--frames", "0..2", "--return"]);
-    told(&output, 3, "no `camera.keyframes`");
+fn the_way_out_shows_what_the_way_in_did() {
+    in_and_out(11, 0, 26, 30);
+    in_and_out(12, 300, 10, 64);
+}
+
+#[test]
+#[ignore = "minutes: make test-long"]
+fn the_way_out_of_six_hundred_levels_shows_what_the_way_in_did() {
+    for (seed, octaves) in [(1, 64), (2, 30), (3, 16)] {
+        in_and_out(seed, 0, 600, octaves);
+    }
 }

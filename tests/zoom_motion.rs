@@ -335,7 +335,7 @@ fn autopilot_flies(seed: u32, levels: u32, parts: u64) {
         let towards = -DVec3::new(offset.x, 0.0, offset.z).normalize();
         assert!((towards - DVec3::new(sin, 0.0, -cos)).length() < 1e-3);
         let down = offset.y.atan2(offset.x.hypot(offset.z));
-        assert!((radians(pitch) + down - 3600.0 / 65_536.0 * std::f64::consts::TAU).abs() < 1e-3);
+        assert!((radians(pitch) + down - 4000.0 / 65_536.0 * std::f64::consts::TAU).abs() < 1e-3);
         assert_eq!(roll, 0);
         if let Some(last) = &last {
             let step = (from(last) / scale - offset).length();

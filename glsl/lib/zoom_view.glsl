@@ -1,14 +1,14 @@
-// What all stages know that draw tiles of the zoom. Lengths are in cells of the level that the surface is about as far away as its cells are large.
+// What is between an eye and the ground of a zoom: haze that thickens with the octaves of distance, so that each scale looks as far as the next.
 #ifndef ZOOM_VIEW_GLSL
 #define ZOOM_VIEW_GLSL
 
-layout(push_constant, scalar) uniform Push {
-    float unit;         // of places in whole numbers: a power of two
-    float near;         // distance of the near plane
-    float altitude;     // to the surface
-    float octaves;      // from the altitude to where there is nothing but sky
-    vec2 fade;          // where the newest octave begins to go and where it is gone, spacings of its vertices
-    float slope;        // of one unit of height a spacing
-} push;
+#include "lib/frame.glsl"
+#include "lib/sky.glsl"
+
+// Radiance of ground that is so many octaves farther than the nearest. From `limit` on there is nothing but sky, exactly.
+vec3 veiled(vec3 ground, vec3 sky, float octaves, float limit) {
+    float haze = smoothstep(0.5 * limit, limit, octaves);
+    return haze == 1.0 ? sky : mix(ground, sky, haze);
+}
 
 #endif

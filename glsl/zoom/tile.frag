@@ -2,11 +2,10 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 
-// Light on the zoom's surface, veiled by how many octaves it is away.
+// Light on the zoom's surface.
 
 #include "lib/frame.glsl"
 #include "lib/sky.glsl"
-#include "lib/zoom_view.glsl"
 
 layout(location = 0) in vec3 place;
 layout(location = 1) in vec2 slope;
@@ -25,11 +24,6 @@ vec3 light(vec3 normal) {
 }
 
 void main() {
-    float range = length(place);
-    vec3 view = place / range;
     vec3 normal = normalize(vec3(-slope.x, 1.0, -slope.y));
-    vec3 ground = albedo / PI * light(normal);
-    float octaves = log2(range / push.altitude);
-    float haze = smoothstep(0.5 * push.octaves, push.octaves, octaves);
-    radiance = vec4(haze == 0.0 ? ground : mix(ground, sky_radiance(view), haze), range);
+    radiance = vec4(albedo / PI * light(normal), length(place));
 }

@@ -9,7 +9,6 @@
 #include "lib/frame.glsl"
 #include "lib/zoom_height.glsl"
 #include "lib/zoom_material.glsl"
-#include "lib/zoom_view.glsl"
 
 layout(constant_id = 0) const uint BITS = 7u;           // log2 of the quads along a side
 
@@ -46,6 +45,14 @@ layout(binding = 2, scalar) readonly buffer Tiles { TileView tiles[]; };
 // What the surface is shaded by, over two spacings.
 layout(binding = 3, scalar) readonly buffer East { int east[]; };
 layout(binding = 4, scalar) readonly buffer South { int south[]; };
+
+// Lengths are in cells of a level that is as coarse as what is drawn is near.
+layout(push_constant, scalar) uniform Push {
+    float unit;         // of places in whole numbers: a power of two
+    float near;         // distance of the near plane
+    vec2 fade;          // where the newest octave begins to go and where it is gone, spacings of its vertices
+    float slope;        // of one unit of height a spacing
+} push;
 
 layout(location = 0) out vec3 place;
 layout(location = 1) out vec2 slope;        // rise to the east and to the south

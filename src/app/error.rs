@@ -122,6 +122,7 @@ impl From<bench::Error> for Error {
             bench::Error::World(error) => Error::World(error),
             bench::Error::Stopped => Error::Interrupted { written: 0, kept: None },
             bench::Error::Planting(error) => Error::Planting(error),
+            bench::Error::Zoom(error) => error.into(),
             bench::Error::NotCovered | bench::Error::Document(_) => Error::Bench(error.to_string()),
         }
     }

@@ -9,6 +9,7 @@ use crate::scene::{Film, Sky};
 use crate::terrain::Plan;
 use crate::trace;
 use crate::world::Renderer;
+use crate::zoom::{self, tiles::Tiles, view::Settings};
 use std::fmt::{self, Display, Formatter};
 
 /// What a run makes of the land.
@@ -57,6 +58,8 @@ pub struct Limits {
     pub device: Option<u64>,
     /// Of the device, in one piece.
     piece: Option<u64>,
+    /// Of the device, in one buffer.
+    buffer: Option<u64>,
     /// Samples along a side of an image.
     side: Option<u32>,
     /// Of the host, for the device too where that is the CPU.
@@ -78,6 +81,7 @@ impl Limits {
             // The heap of a driver in software bounds nothing; the host's memory does.
             device: Some(if shared { limit } else { limit.min(info.memory) }),
             piece: Some(info.max_allocation),
+            buffer: Some(info.max_buffer),
             side: Some(info.max_image),
             host: gpu::free_ram(),
             shared,
@@ -154,6 +158,53 @@ pub fn check<'a>(plan: &Plan, goal: impl Fn(&Plan) -> Goal<'a>, limits: &Limits)
     };
     Err(Error::Memory(format!("{excess}; {fewer}{}", excess.remedy)))
 }
+
+/// Memory of a zoom on the device: what stays, and all of a picture.
+pub fn of_zoom(settings: &Settings, film: &Film, sky: &Sky) -> Vec<Memory> {
+    let mut parts = vec![zoom::memory::tiles(settings), zoom::memory::background(settings)];
+    parts.extend(zoom::memory::picture(settings, film, sky));
+    parts.retain(|part| part.bytes > 0);
+    parts
+}
+
+/// Refuses a zoom that needs more than there is: with what it needs it for, and how many tiles would do. `film` is what is drawn at once.
+pub fn check_zoom(settings: &Settings, film: &Film, sky: &Sky, limits: &Limits) -> Result<(), Error> {
+    let side = film.width.max(film.height).saturating_mul(settings.samples);
+    if let Some(most) = limits.side.filter(|most| side > *most) {
+        return Err(Error::Memory(format!(
+            "a picture of {} × {} pixels is drawn as {side} samples along a side, and images here have at most {most}; \
+             make it smaller with --size or render.size",
+            film.width, film.height
+        )));
+    }
+    let parts = of_zoom(settings, film, sky);
+    let others = total(&parts) - zoom::memory::tiles(settings).bytes;
+    let host = limits.host.filter(|_| limits.shared);
+    // What there is, what of it is not for tiles, and how much of a tile is in it: heights, which are one buffer, are a third.
+    let rows = [
+        ("device memory", parts.clone(), limits.device, others, 1, ", or raise --memory-limit"),
+        ("the computer's memory", parts, host, others, 1, ", or end other programs"),
+        ("device memory in one buffer", vec![zoom::memory::piece(settings)], limits.buffer, 0, 3, ""),
+    ];
+    let slot = Tiles::slot_bytes(settings.bits);
+    let fit = rows.iter().filter_map(|(_, _, limit, others, share, _)| {
+        Some(limit.as_ref()?.saturating_sub(*others).saturating_mul(*share) / slot)
+    });
+    let fit = fit.min().unwrap_or(u64::MAX);
+    let advice = match fit {
+        0..FEWEST_TILES => "lower zoom.tile or the picture's size".into(),
+        _ => format!("lower zoom.tiles: {fit} would fit"),
+    };
+    let excess = rows.into_iter().find_map(|(of, parts, limit, _, _, remedy)| {
+        let limit = limit.filter(|limit| total(&parts) > *limit)?;
+        let (needed, may, parts) = (mebibytes(total(&parts)), mebibytes(limit), by_name(&parts));
+        Some(format!("the zoom needs {needed} of {of} and {may} may be used ({parts}); {advice}{remedy}"))
+    });
+    excess.map_or(Ok(()), |excess| Err(Error::Memory(excess)))
+}
+
+/// The least that `zoom.tiles` can be.
+const FEWEST_TILES: u64 = 1000;
 
 /// Most cells that the world could have within the limits.
 pub fn largest_grid<'a>(plan: &Plan, goal: impl Fn(&Plan) -> Goal<'a>, limits: &Limits) -> Option<u32> {

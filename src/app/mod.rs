@@ -11,6 +11,7 @@ mod memory;
 mod population;
 mod progress;
 mod report;
+mod way;
 
 pub use error::{EXIT_CODES, Error};
 

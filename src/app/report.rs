@@ -1,7 +1,7 @@
 //! What `--json` prints: one object about the run, whether it went well or not.
 
 use super::{Error, cli::output};
-use crate::bench::{Bench, Forest, Picture, Rays};
+use crate::bench::{Bench, Forest, Picture, Rays, Zoom};
 use crate::formats::file::Written;
 use serde::Serialize;
 use std::fmt::Display;
@@ -57,6 +57,8 @@ pub enum Details {
     Rays(Rays),
     #[serde(untagged)]
     Picture(Picture),
+    #[serde(untagged)]
+    Zoom(Zoom),
 }
 
 #[derive(Serialize)]
@@ -64,6 +66,8 @@ struct Output {
     path: String,
     bytes: u64,
     sha256: String,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    flown: Option<Flown>,
 }
 
 /// A picture of a film.
@@ -74,17 +78,26 @@ struct Frame {
     found: bool,
     #[serde(flatten)]
     output: Output,
-    #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    flown: Option<Flown>,
 }
 
-/// What a frame of a zoom took.
+/// Where a picture of a zoom was taken, and what it took.
 #[derive(Serialize)]
 pub struct Flown {
     /// −log₂ of the distance to the surface in cells of level 0.
     pub depth: f64,
+    /// The same, so that it can be told at any depth: in `cells` of this level.
+    pub level: u32,
+    pub cells: f64,
+    /// Its code; of two eyes, of what is between them.
+    pub location: String,
     pub tiles_drawn: usize,
+    /// Those that the device did not have.
     pub tiles_made: usize,
+    /// On the processor, without waiting for the device.
+    pub cpu_ms: f64,
+    pub gpu_ms: f64,
+    /// What the device keeps from one picture to the next.
+    pub gpu_bytes: u64,
 }
 
 #[derive(Serialize)]
@@ -96,7 +109,7 @@ struct Failure {
 impl Output {
     fn of(file: &Written) -> Self {
         let path = file.path.to_string_lossy().into_owned();
-        Output { path, bytes: file.bytes, sha256: file.sha256.clone() }
+        Output { path, bytes: file.bytes, sha256: file.sha256.clone(), flown: None }
     }
 }
 
@@ -124,12 +137,16 @@ impl Report {
 
     /// A frame is there, made now or `found`.
     pub fn frame(&mut self, number: u32, file: &Written, found: bool) {
-        self.frames.push(Frame { number, found, output: Output::of(file), flown: None });
+        self.frames.push(Frame { number, found, output: Output::of(file) });
     }
 
-    /// A frame of a zoom is there.
-    pub fn flown(&mut self, number: u32, file: &Written, flown: Flown) {
-        self.frames.push(Frame { number, found: false, output: Output::of(file), flown: Some(flown) });
+    /// A picture of a zoom is there, or a frame.
+    pub fn flown(&mut self, frame: Option<u32>, file: &Written, flown: Flown) {
+        let output = Output { flown: Some(flown), ..Output::of(file) };
+        match frame {
+            Some(number) => self.frames.push(Frame { number, found: false, output }),
+            None => self.outputs.push(output),
+        }
     }
 
     /// How many files were written.

@@ -1,6 +1,7 @@
 //! How fast land is made here: each process on the device, beside the same steps in plain Rust ([`native`]); and how fast a
 //! large forest is ([`mod@forest`]),
-//! how many rays a second are traced ([`trace`]), and how fast that makes a clean picture ([`mod@picture`]).
+//! how many rays a second are traced ([`trace`]), and how fast that makes a clean picture ([`mod@picture`]); what an endless flight costs
+//! ([`mod@zoom`]).
 //!
 //! What is compared is work, not waiting: on a CPU device the time that the threads of this process were busy, over the
 //! cores; on a GPU its own timestamps. Device and native version take turns in batches, so that whatever slows the
@@ -14,11 +15,13 @@ mod memory;
 pub mod native;
 pub mod picture;
 pub mod trace;
+pub mod zoom;
 
 pub use estimate::estimate;
 pub use forest::{Forest, forest};
 pub use picture::{Picture, picture};
 pub use trace::{Rays, rays};
+pub use zoom::{Zoom, zoom};
 
 use crate::{
     core::grid::Grid,
@@ -62,6 +65,8 @@ pub enum Error {
     World(#[from] world::Error),
     #[error(transparent)]
     Planting(#[from] plants::planting::Error),
+    #[error(transparent)]
+    Zoom(crate::zoom::view::Error),
     #[error("the world of the bench is no document: {0}")]
     Document(String),
     #[error("the native version leaves out what the world of the bench has")]

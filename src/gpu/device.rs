@@ -75,6 +75,8 @@ pub struct DeviceInfo {
     pub max_image: u32,
     /// Bytes of the largest single allocation.
     pub max_allocation: u64,
+    /// Bytes of the largest buffer that a program reads.
+    pub max_buffer: u64,
     /// Whether it traces rays by itself (`VK_KHR_ray_query`).
     pub ray_query: bool,
     /// What terrane needs and the device lacks; empty if it can be used.
@@ -343,6 +345,7 @@ impl Instance {
                 .unwrap_or(0),
             max_image: properties.limits.max_image_dimension2_d,
             max_allocation: allocation.max_memory_allocation_size,
+            max_buffer: properties.limits.max_storage_buffer_range.into(),
             ray_query: missing.is_empty() && self.has_ray_query(physical),
             missing,
         };
@@ -645,6 +648,7 @@ mod tests {
             memory: 0,
             max_image: 0,
             max_allocation: 0,
+            max_buffer: 0,
             ray_query: false,
             missing: missing.to_vec(),
         }

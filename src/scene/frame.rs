@@ -42,8 +42,13 @@ pub fn frame(scene: &Scene, film: &Film, side: u32, camera: &Pinhole) -> Frame {
 
 /// What a picture begins with that shows sky and light, but no ground of a [`Scene`].
 pub fn light_frame(light: &Light, film: &Film, side: u32, camera: &Pinhole) -> Frame {
-    let samples = [film.width * side, film.height * side].map(|side| side as f32);
-    let frame = Frame {
+    with_light(through(Frame::default(), [film.width * side, film.height * side], camera), light)
+}
+
+/// The same frame through another camera, in a picture of `size` samples.
+pub fn through(frame: Frame, size: [u32; 2], camera: &Pinhole) -> Frame {
+    let samples = size.map(|side| side as f32);
+    Frame {
         eye: camera.eye.to_array(),
         right: camera.right.to_array(),
         up: camera.up.to_array(),
@@ -51,9 +56,8 @@ pub fn light_frame(light: &Light, film: &Film, side: u32, camera: &Pinhole) -> F
         tangent: camera.tangent,
         samples,
         sample_angle: 2.0 * camera.tangent[1] / samples[1],
-        ..Frame::default()
-    };
-    with_light(frame, light)
+        ..frame
+    }
 }
 
 fn with_light(frame: Frame, light: &Light) -> Frame {

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use crate::core::grid::Grid;
 use crate::gpu::{Image, format::R32f};
 
-pub use frame::{frame, light_frame, panorama, panorama_memory};
+pub use frame::{frame, light_frame, panorama, panorama_memory, through};
 pub use hosek_wilkie::HosekWilkie;
 pub use material::Material;
 pub use model::{Instance, Level, Model, Part, Population};

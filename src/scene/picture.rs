@@ -60,6 +60,14 @@ impl Picture {
         part
     }
 
+    /// This picture and another of the same height to the right of it.
+    pub fn beside(&self, right: &Picture) -> Picture {
+        let rows = |picture: &Picture| picture.width as usize;
+        let pairs = self.pixels.chunks(rows(self)).zip(right.pixels.chunks(rows(right)));
+        let pixels = pairs.flat_map(|(left, right)| [left, right].concat()).collect();
+        Picture { width: self.width + right.width, height: self.height, pixels }
+    }
+
     /// Copies a tile, `width` pixels wide, to where its upper left corner belongs.
     pub fn place(&mut self, [left, top]: [u32; 2], width: u32, tile: &[[f32; 4]]) {
         for (row, texels) in tile.chunks(width as usize).enumerate() {

@@ -794,9 +794,11 @@ section! {
         /// Log₂ of the quads along a side of a tile.
         tile: u32 = whole(5, 2..=7),
         /// Tiles nearer than this many of their sides are split.
-        detail: f32 = number(2.0, NONE, 1.72..=16.0).usual(1.72..=4.0),
-        /// Octaves of distance, from the nearest ground on, to where nothing is seen but sky.
-        visibility: u32 = whole(16, 4..=32),
+        detail: f32 = number(2.0, NONE, 1.72..=5.0).usual(1.72..=3.0),
+        /// Octaves of distance, from the nearest ground on, to where nothing is seen but sky. Half as many are clear.
+        visibility: u32 = whole(64, 4..=1024),
+        /// With `--stereo`: from eye to eye, in distances to the surface.
+        eyes: f32 = number(0.0625, NONE, 0.0..=1.0).usual(0.0..=0.2),
         /// Tiles that the device keeps.
         tiles: u32 = whole(12_000, 1000..=65_536),
     }

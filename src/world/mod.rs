@@ -20,6 +20,7 @@ mod settings;
 pub mod shard;
 pub mod species;
 pub mod thesis;
+mod zoom;
 
 pub use json_schema::{json_schema, json_schema_of_species};
 pub use keys::{MOST_FRAMES, Renderer, Zoom};
@@ -88,6 +89,14 @@ pub struct Overrides {
     pub set: Vec<String>,
     /// Wins over `set`.
     pub seed: Option<u32>,
+}
+
+impl Overrides {
+    /// Whether a key is among those of `set`, spelled with dots.
+    pub fn sets(&self, key: &str) -> bool {
+        let paths = self.set.iter().filter_map(|argument| Setting::parse(argument).ok());
+        paths.into_iter().any(|setting| *setting.path() == KeyPath::from(key))
+    }
 }
 
 /// Why there is no world. A message begins without "error:" and may have many lines.

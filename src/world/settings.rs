@@ -29,6 +29,11 @@ impl Setting {
         })
     }
 
+    /// The key.
+    pub fn path(&self) -> &KeyPath {
+        &self.path
+    }
+
     /// As messages show it.
     pub fn shown(&self) -> String {
         format!("{OPTION}{}", self.argument)

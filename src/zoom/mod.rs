@@ -9,8 +9,12 @@
 //! Lengths are in cells: a lattice of level m has vertices 2⁻ᵐ apart. X points east, Y up, Z south.
 
 pub mod address;
+pub mod background;
 pub mod height;
+pub mod memory;
+pub mod mesh;
 pub mod motion;
+mod paint;
 pub mod tiles;
 pub mod tree;
 pub mod view;

@@ -56,6 +56,16 @@ pub struct Slot {
     used: u64,
 }
 
+/// Heights of a tile, read from the device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Heights {
+    pub cell: Cell,
+    /// What they are differences to, modulo 2⁶⁴.
+    pub base: i64,
+    /// N + 3 rows of N + 3, the first of both one step outside.
+    pub differences: Vec<i32>,
+}
+
 /// What a call of [`Tiles::make`] has done.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Made {
@@ -102,6 +112,11 @@ impl Tiles {
         })
     }
 
+    /// How many tiles there is room for.
+    pub fn capacity(&self) -> u32 {
+        (self.heights.len() / vertices(self.bits)) as u32
+    }
+
     /// Heights of all slots: (N + 3)² each, rows of x, as [`Tile`] has them.
     pub fn heights(&self) -> &Buffer<i32> {
         &self.heights
@@ -115,6 +130,23 @@ impl Tiles {
     /// Where a tile is, if it is there.
     pub fn slot(&self, cell: Cell) -> Option<Slot> {
         self.slots.get(&cell).copied()
+    }
+
+    /// The heights of tiles, of those that are there.
+    ///
+    /// # Errors
+    /// No memory; a lost device.
+    pub fn read(&self, gpu: &Gpu, cells: impl IntoIterator<Item = Cell>) -> gpu::Result<Vec<Heights>> {
+        let mut rec = Recorder::new(gpu);
+        let download = rec.download(&self.heights);
+        let all = download.take(&rec.submit()?.wait()?);
+        let of = |cell: Cell| {
+            let Slot { index, base, .. } = self.slot(cell)?;
+            let count = vertices(self.bits);
+            let differences = all.get(index as usize * count..)?.get(..count)?.to_vec();
+            Some(Heights { cell, base, differences })
+        };
+        Ok(cells.into_iter().filter_map(of).collect())
     }
 
     /// Forgets everything.
@@ -134,6 +166,18 @@ impl Tiles {
         budget: usize,
     ) -> Made {
         self.call += 1;
+        self.make_also(rec, spine, place, wanted, budget)
+    }
+
+    /// The same, without anything going that the last call has wanted.
+    pub fn make_also(
+        &mut self,
+        rec: &mut Recorder,
+        spine: &mut Spine,
+        place: &Place,
+        wanted: impl IntoIterator<Item = (Cell, Corners)>,
+        budget: usize,
+    ) -> Made {
         let wanted: Vec<_> = wanted.into_iter().filter(|(cell, _)| !self.touch(*cell)).collect();
         let mut plan = Plan::default();
         let mut old = None;

@@ -166,6 +166,22 @@ impl Tree {
         detail: Detail,
         most: usize,
     ) -> Result<Tree, TooMany> {
+        Tree::down_to(u32::MAX, surface, place, roots, detail, most)
+    }
+
+    /// The same, but nothing is split into tiles of a level beyond the `finest`.
+    ///
+    /// # Errors
+    /// As [`Tree::new`].
+    pub fn down_to(
+        finest: u32,
+        surface: &Surface,
+        place: &Place,
+        roots: &Patch,
+        detail: Detail,
+        most: usize,
+    ) -> Result<Tree, TooMany> {
+        let depths = (finest.saturating_sub(roots.level()) as usize).min(MOST_DEPTH);
         let mut tree = Tree {
             surface: *surface,
             root: roots.cell(0, 0),
@@ -182,7 +198,7 @@ impl Tree {
                 tree.add(0, [column as u64, row as u64], roots.corners(column, row))?;
             }
         }
-        for depth in 0..MOST_DEPTH {
+        for depth in 0..depths {
             let level = &tree.levels[depth];
             let near = level.iter().filter(|(_, node)| node.distance < detail.0).map(|(at, _)| *at);
             let near: Vec<[u64; 2]> = near.collect();
@@ -217,6 +233,16 @@ impl Tree {
             here.sort_unstable_by_key(|([x, z], _)| [*z, *x]);
             here.into_iter().map(move |(at, node)| (self.cell(depth, *at), node.corners))
         })
+    }
+
+    /// The children of leaves that are nearer than so many of their sides: those that will be split soon.
+    pub fn soon(&self, sides: f64) -> Vec<(Cell, Corners)> {
+        let near = self.leaves().into_iter().filter(|leaf| leaf.distance < sides);
+        near.flat_map(|Leaf { cell, corners, .. }| {
+            let quarters = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|quarter| cell.child(quarter));
+            quarters.into_iter().zip(corners.children(&self.surface, cell))
+        })
+        .collect()
     }
 
     /// Makes leaves of all nodes whose children are not ready, and of what would then not be balanced: from coarse to fine, a node stays split

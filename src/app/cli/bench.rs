@@ -1,4 +1,4 @@
-//! `terrane bench`: how fast this machine makes land, and plants it.
+//! `terrane bench`: how fast this machine makes land, plants it, traces it, and zooms.
 
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use super::output::print;
@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum, ValueHint, value_parser};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Measure how fast this machine makes land, beside the same steps in plain Rust, and how fast it plants a forest
+/// Measure how fast this machine makes land, beside the same steps in plain Rust, plants a forest, traces rays, and zooms
 #[derive(Args)]
 pub struct Arguments {
     /// What to measure
@@ -48,6 +48,8 @@ enum Subject {
     Trace,
     /// Samples and error of a small path traced picture of a world
     Picture,
+    /// Frames of a flight into a zoom, and their memory, at different depths
+    Zoom,
 }
 
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
@@ -58,6 +60,7 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
         Subject::Forest => forest(&gpu, arguments, session),
         Subject::Trace => trace(&gpu, arguments, session),
         Subject::Picture => picture(&gpu, arguments, session),
+        Subject::Zoom => zoom(&gpu, arguments, session),
     }
 }
 
@@ -104,6 +107,9 @@ fn picture(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<()
     };
     let options = WorldOptions { world: path.clone(), set: Vec::new(), seed: None, no_cache: false };
     let world = land::load(&options, session)?;
+    if world.zoom.is_some() {
+        return Err(Error::Missing("bench picture: a zoom is not traced; see `terrane bench zoom`".into()));
+    }
     let film = Film { width: WIDTH, height: HEIGHT, ..world.film };
     let simulation = land::simulate(gpu, &world, session)?;
     let camera = land::camera(gpu, &world, &simulation)?;
@@ -119,6 +125,17 @@ fn picture(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<()
         print(picture.to_string().as_bytes())?;
     }
     session.report.details = Some(Details::Picture(picture));
+    Ok(())
+}
+
+fn zoom(gpu: &Gpu, arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
+    let zoom = bench::zoom(gpu, interrupt::requested, |row| {
+        session.progress.say(&format!("from depth {}: {:.1} ms a frame", row.depth, row.wall.median));
+    })?;
+    if !arguments.output.json {
+        print(zoom.to_string().as_bytes())?;
+    }
+    session.report.details = Some(Details::Zoom(zoom));
     Ok(())
 }
 

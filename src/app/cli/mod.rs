@@ -121,6 +121,7 @@ fn after_help() -> String {
          terrane render island.toml --set terrain.cells=256 --set erosion.hydraulic.rain=200\n  \
          terrane render island.toml --renderer trace --spp 256 -o island.exr --resume\n  \
          terrane render island.toml --frames 0..240 -o frames/%05d.png\n  \
+         terrane render zoom.toml --frames 0..900 --fps 30 -o frames/%05d.png\n  \
          terrane export island.toml --layer all -o island/\n  \
          terrane export island.toml --preset unreal -o unreal/\n  \
          terrane plant oak.toml -o oak.png\n  \

@@ -17,6 +17,7 @@ use super::file::Written;
 use crate::core::mesh::Mesh;
 use crate::scene::{Level, Model};
 use document::{Index, InstanceAttributes, Instancing, Levels, Node, NodeExtensions, NodeExtras};
+use serde::Serialize;
 use std::path::Path;
 use write::{Builder, file_bytes, mesh_bytes, raw};
 
@@ -29,10 +30,25 @@ const PROGRAM: &str = "terrane ";
 /// Those of [`file::write()`](super::file::write()), and for a mesh that takes more than the 4 GiB that a .glb file can
 /// have.
 pub fn write(path: &Path, name: &str, mesh: &Mesh, color: [f32; 3]) -> Result<Written, Error> {
+    write_with(path, name, mesh, color, None::<()>)
+}
+
+/// Writes a mesh whose node says these `extras`.
+///
+/// # Errors
+/// Those of [`write()`].
+pub fn write_with(
+    path: &Path,
+    name: &str,
+    mesh: &Mesh,
+    color: [f32; 3],
+    extras: Option<impl Serialize>,
+) -> Result<Written, Error> {
     let mut builder = Builder::default();
     let material = builder.land_material(name, color);
     let mesh = builder.mesh(name, [(mesh, material)]);
-    let node = builder.node(Node { name: Some(name.into()), mesh, ..Node::default() });
+    let extras = extras.and_then(|extras| raw(&extras));
+    let node = builder.node(Node { name: Some(name.into()), mesh, extras, ..Node::default() });
     builder.write(path, vec![node])
 }
 

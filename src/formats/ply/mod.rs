@@ -19,8 +19,18 @@ use std::path::Path;
 /// Those of [`file::write()`], and for more vertices than a signed integer of 32 bits can number, which is what readers
 /// expect.
 pub fn write(path: &Path, mesh: &Mesh) -> Result<Written, Error> {
-    write_parts(path, &[(mesh, None)])
+    write_parts(path, &[(mesh, None)], &[METRES.into()])
 }
+
+/// Writes a mesh whose header has these lines, which say what its unit is; readers take some 1000 letters a line.
+///
+/// # Errors
+/// Those of [`write()`].
+pub fn write_with(path: &Path, mesh: &Mesh, comments: &[String]) -> Result<Written, Error> {
+    write_parts(path, &[(mesh, None)], comments)
+}
+
+const METRES: &str = "terrane: metres, +X east, +Y up, +Z south";
 
 /// Writes the finest level of a model, each vertex in the colour of its material (sRGB, as programs show them).
 ///
@@ -32,11 +42,15 @@ pub fn write_model(path: &Path, model: &Model) -> Result<Written, Error> {
         let color = model.materials[part.material].mean_reflectance();
         (&part.mesh, Some(color.map(|channel| srgb8_from_linear(channel, 0.5))))
     });
-    write_parts(path, &coloured.collect::<Vec<_>>())
+    write_parts(path, &coloured.collect::<Vec<_>>(), &[METRES.into()])
 }
 
 /// Writes meshes as one; either all of them have a colour or none has.
-fn write_parts(path: &Path, parts: &[(&Mesh, Option<[u8; 3]>)]) -> Result<Written, Error> {
+fn write_parts(
+    path: &Path,
+    parts: &[(&Mesh, Option<[u8; 3]>)],
+    comments: &[String],
+) -> Result<Written, Error> {
     let vertices: usize = parts.iter().map(|(mesh, _)| mesh.positions.len()).sum();
     let triangles: usize = parts.iter().map(|(mesh, _)| mesh.triangles.len()).sum();
     if i32::try_from(vertices).is_err() {
@@ -47,12 +61,13 @@ fn write_parts(path: &Path, parts: &[(&Mesh, Option<[u8; 3]>)]) -> Result<Writte
     let coloured = parts.iter().any(|(_, color)| color.is_some());
     let colors =
         if coloured { "property uchar red\nproperty uchar green\nproperty uchar blue\n" } else { "" };
+    let comments: String = comments.iter().map(|line| format!("comment {line}\n")).collect();
     file::write(path, |writer| {
         write!(
             writer,
             "ply\n\
              format binary_little_endian 1.0\n\
-             comment terrane: metres, +X east, +Y up, +Z south\n\
+             {comments}\
              element vertex {vertices}\n\
              property float x\n\
              property float y\n\

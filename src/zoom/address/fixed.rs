@@ -1,6 +1,7 @@
 //! Numbers with as many binary digits behind the point as a place needs.
 
 use super::residue::Residue;
+use num_bigint::BigInt;
 
 /// A multiple of some 2⁻ⁿ, in two's complement: a whole part modulo 2⁶⁴ and digits behind the point, as many as there are.
 ///
@@ -61,6 +62,15 @@ impl Fixed {
         Coordinate { whole: self.slice(level), behind: self.slice(level + 64) }
     }
 
+    /// The whole number that is `wrapped` modulo 2⁶⁴ and less than 2⁶³ from self · 2^`level`.
+    pub fn without_wrapping(&self, wrapped: u64, level: u32) -> BigInt {
+        let (words, rest) = (level.div_ceil(64), level.div_ceil(64) * 64 - level);
+        let bytes: Vec<u8> = (0..=words as usize).flat_map(|word| self.word(word).to_be_bytes()).collect();
+        // Shifted down, negative numbers are rounded down.
+        let own = BigInt::from_signed_bytes_be(&bytes) >> rest;
+        own + wrapped.wrapping_sub(self.slice(level)) as i64
+    }
+
     /// Adds `amount` · 2^−`level`.
     pub fn add(&mut self, amount: i64, level: u32) {
         // The limb that ends at or behind the digit `level`, and the amount in its units.
@@ -81,6 +91,20 @@ impl Fixed {
         }
         self.whole = self.whole.wrapping_add(carry as i64);
         self.trim();
+    }
+
+    /// The largest multiple of 2^−`level` that is not above.
+    pub fn floor(&self, level: u32) -> Fixed {
+        let mut floor = self.clone();
+        let (whole, rest) = (level as usize / 64, level % 64);
+        floor.limbs.truncate(level.div_ceil(64) as usize);
+        if rest > 0
+            && let Some(last) = floor.limbs.get_mut(whole)
+        {
+            *last &= u64::MAX << (64 - rest);
+        }
+        floor.trim();
+        floor
     }
 
     /// The number with these digits behind the point; those behind the last limb are 0.

@@ -46,7 +46,7 @@ impl Attitude {
 pub enum CodeError {
     #[error("the location code is empty")]
     Empty,
-    #[error("`{found}`, character {position} of the location code, is none of A-Z, a-z, 0-9, - and _")]
+    #[error("{found:?}, character {position} of the location code, is none of A-Z, a-z, 0-9, - and _")]
     Letter { found: char, position: usize },
     #[error("the location code has {letters} letters; the deepest place that there is has {most}")]
     TooLong { letters: usize, most: usize },
@@ -85,6 +85,22 @@ pub const MOST_LETTERS: usize = MOST_DIGITS as usize * 3 / 6 + 100;
 const FOV: std::ops::RangeInclusive<u16> = 183..=32585;
 
 impl Location {
+    /// A field of view as codes can have it, from radians.
+    pub fn nearest_fov(radians: f32) -> u16 {
+        let parts = libm::round(f64::from(radians) / std::f64::consts::TAU * 65_536.0);
+        (parts as u16).clamp(*FOV.start(), *FOV.end())
+    }
+
+    /// The field of view, radians.
+    pub fn fov_radians(&self) -> f32 {
+        Self::radians(self.fov)
+    }
+
+    /// 2⁻¹⁶ of full turns in radians.
+    pub fn radians(fov: u16) -> f32 {
+        (f64::from(fov) / 65_536.0 * std::f64::consts::TAU) as f32
+    }
+
     /// The code. It has three bits a level: a place at level 1000 takes about 560 letters.
     pub fn code(&self) -> String {
         let mut bits = BitWriter::default();

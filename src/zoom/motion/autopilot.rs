@@ -29,7 +29,7 @@ const ABOVE: i64 = 5 << 13;
 const MARGIN: i64 = 1 << 14;
 
 /// The view looks this much higher than at its target, 2⁻¹⁶ of a turn: to see the horizon, too.
-const LIFT: i16 = 3600;
+const LIFT: i16 = 4000;
 
 /// What the target is at one level, and a way to any other.
 #[derive(Clone, Debug)]

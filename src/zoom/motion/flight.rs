@@ -3,7 +3,7 @@
 use super::{Approach, Clearance, Depth, Distance, clearance};
 use crate::zoom::{
     address::{DEEPEST, Place},
-    height::{AMPLITUDE, FRACTION_BITS, REACH, Spine},
+    height::{AMPLITUDE, FRACTION_BITS, REACH, Roughness, Spine},
     tree::Eye,
 };
 use glam::DVec3;
@@ -35,6 +35,19 @@ const AROUND: usize = 2;
 pub struct Flight {
     place: Place,
     clearance: Distance,
+}
+
+/// A place beside another: the step (east, up, south) is in distances.
+pub fn moved(place: &Place, Distance { level, cells }: Distance, step: DVec3, roughness: Roughness) -> Place {
+    let digits = level + STEP_DIGITS;
+    let unit = cells * (1u64 << STEP_DIGITS) as f64;
+    let [east, up, south] = (step * unit).round().to_array().map(|amount| amount as i64);
+    let mut place = place.clone();
+    place.x.add(east, digits);
+    // Amplitudes are shorter than cells.
+    place.y.add(up, digits - roughness.halvings());
+    place.z.add(south, digits);
+    place
 }
 
 /// A place where no flight can begin.
@@ -88,14 +101,7 @@ impl Flight {
         if cells >= CEILING && step.y > 0.0 {
             return false;
         }
-        let digits = level + STEP_DIGITS;
-        let unit = cells * (1u64 << STEP_DIGITS) as f64;
-        let [east, up, south] = (step * unit).round().to_array().map(|amount| amount as i64);
-        let mut place = self.place.clone();
-        place.x.add(east, digits);
-        // Amplitudes are shorter than cells.
-        place.y.add(up, digits - spine.surface().roughness.halvings());
-        place.z.add(south, digits);
+        let place = moved(&self.place, self.clearance, step, spine.surface().roughness);
         match clearance(spine, &place, level) {
             Some(Clearance { distance, is_above: true }) if distance.level <= DEEPEST => {
                 *self = Flight { place, clearance: distance };
@@ -109,12 +115,14 @@ impl Flight {
     /// nothing is in the way, and what led out leads back in.
     pub fn way_out(&self, spine: &mut Spine) -> (Approach, Depth) {
         let level = self.clearance.level;
+        let fine = level + TARGET_DIGITS;
+        let ground = spine.patch(&self.place, fine).height(REACH as usize, REACH as usize);
+        // Differences of wrapped heights are exact.
+        let fall = ground.wrapping_sub(self.place.y.slice(fine + FRACTION_BITS) as i64);
         let mut target = self.place.clone();
-        target.y = spine.ground(&self.place, level + TARGET_DIGITS);
-        // From the place to its target, amplitudes of the level.
-        let digits = level + FRACTION_BITS + TARGET_DIGITS;
-        let height =
-            -self.place.y.at(digits).to(target.y.slice(digits)) / (AMPLITUDE << TARGET_DIGITS) as f64;
+        target.y.add(fall, fine + FRACTION_BITS);
+        // Amplitudes of the level, and cells.
+        let height = -fall as f64 / (AMPLITUDE << TARGET_DIGITS) as f64;
         let cells = height * spine.surface().roughness.cells();
         let offset = [0, (cells * 65_536.0).round() as i64, 0];
         (Approach { target, offset }, Depth::level(level))

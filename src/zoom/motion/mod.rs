@@ -8,4 +8,4 @@ mod flight;
 pub use approach::{Approach, Depth};
 pub use autopilot::{Autopilot, Pose};
 pub use clearance::{Clearance, Distance, clearance};
-pub use flight::{Buried, Flight, LEVEL_A_SECOND};
+pub use flight::{Buried, Flight, LEVEL_A_SECOND, moved};

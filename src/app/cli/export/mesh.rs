@@ -36,7 +36,7 @@ enum Encoding {
 }
 
 /// Most memory of the host, bytes, that a mesh may take: one of 8192 × 8192 samples fits.
-const MOST_MESH: u64 = 4 << 30;
+pub const MOST_MESH: u64 = 4 << 30;
 
 /// Samples that are inserted between two looks at Ctrl-C.
 const SLICE: u32 = 20_000;

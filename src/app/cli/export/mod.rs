@@ -8,9 +8,11 @@ mod preset;
 mod request;
 mod scene;
 mod tiles;
+mod zoom;
 
-use super::options::{DeviceOptions, OutputOptions, WorldOptions};
+use super::options::{DeviceOptions, OutputOptions, Size, WorldOptions, size};
 use crate::app::memory::{self, Goal, Limits};
+use crate::app::way;
 use crate::app::{Error, Session, interrupt, land};
 use crate::formats::raw::ByteOrder;
 use crate::scene::Sky;
@@ -38,6 +40,8 @@ pub struct Arguments {
     /// splat = weights of grass, rock, sand and sea floor, wetness from 0 to 1. The mesh is the height as triangles. Plants
     /// are all that stands on the land, each model once with the places of its instances; the scene is these, the mesh in the
     /// ground's colours, the sea, the sun and the camera. For Mitsuba 3 the folder gets a scene.xml, its meshes and its sky.
+    /// A zoom has two layers, of what is in view: the mesh, in cells of the level of the altitude from the eye, .glb or .ply, and
+    /// tiles, a folder of heights with exact addresses in tiles.json; both is what it gets without --layer.
     #[arg(long = "layer", value_name = "NAME", num_args = 1.., value_delimiter = ',')]
     #[arg(value_parser = choice())]
     layers: Vec<Choice>,
@@ -88,6 +92,13 @@ pub struct Arguments {
     #[arg(long)]
     flip: bool,
 
+    /// With a zoom: width and height of the picture that shows what is written [default: the world's]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<Size>,
+
+    #[command(flatten)]
+    from: way::From,
+
     #[command(flatten)]
     world: WorldOptions,
     #[command(flatten)]
@@ -122,12 +133,33 @@ enum Choice {
     All,
     Mesh,
     Mitsuba,
+    /// Of a zoom.
+    Tiles,
     Scene(scene::What),
     One(Layer),
 }
 
+impl Arguments {
+    /// Refuses what only a zoom has.
+    fn check_land(&self) -> Result<(), Error> {
+        let given = [
+            ("--size", self.size.is_some()),
+            ("--from", self.from.is_given()),
+            ("--layer tiles", self.layers.contains(&Choice::Tiles)),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            None => Ok(()),
+            Some((option, _)) => Err(Error::Missing(format!("{option}: the world has no `zoom`"))),
+        }
+    }
+}
+
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     let world = land::load(&arguments.world, session)?;
+    if let Some(zoom) = &world.zoom {
+        return zoom::export(arguments, &world, zoom, session);
+    }
+    arguments.check_land()?;
     let request = Request::new(arguments, &world)?;
     for note in &request.notes {
         session.progress.say(note);
@@ -208,12 +240,14 @@ fn host_bytes(content: &Content, tiles: Tiles, from: u32, to: u32) -> u64 {
 
 /// Reads the name of a layer, or of what is made of them.
 fn choice() -> impl TypedValueParser<Value = Choice> {
-    let names = Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh", "plants", "scene", "mitsuba"]);
+    let names =
+        Layer::ALL.map(Layer::name).into_iter().chain(["all", "mesh", "plants", "scene", "mitsuba", "tiles"]);
     PossibleValuesParser::new(names).map(|name| {
         match (Layer::ALL.into_iter().find(|layer| layer.name() == name), name.as_str()) {
             (Some(layer), _) => Choice::One(layer),
             (None, "mesh") => Choice::Mesh,
             (None, "mitsuba") => Choice::Mitsuba,
+            (None, "tiles") => Choice::Tiles,
             (None, "plants") => Choice::Scene(What::Plants),
             (None, "scene") => Choice::Scene(What::Scene),
             (None, _) => Choice::All,

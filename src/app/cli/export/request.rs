@@ -244,7 +244,7 @@ fn choose(
     let mut layers = Vec::new();
     for &choice in choices {
         match choice {
-            Choice::Mesh | Choice::Scene(_) | Choice::Mitsuba => {}
+            Choice::Mesh | Choice::Scene(_) | Choice::Mitsuba | Choice::Tiles => {}
             Choice::All => {
                 layers.extend(&held);
                 let names: Vec<&str> = left_out.iter().map(|layer| layer.name()).collect();

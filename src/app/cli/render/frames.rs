@@ -69,6 +69,13 @@ impl Name {
         Ok(Name { folder, before: before.into(), digits, after: after.into() })
     }
 
+    /// As it was given.
+    pub fn pattern(&self) -> PathBuf {
+        let Name { folder, before, digits, after } = self;
+        let digits = if *digits == 0 { String::new() } else { format!("0{digits}") };
+        folder.join(format!("{before}%{digits}d{after}"))
+    }
+
     pub fn path(&self, frame: u32) -> PathBuf {
         let Name { folder, before, digits, after } = self;
         folder.join(format!("{before}{frame:0digits$}{after}"))

@@ -53,9 +53,8 @@ pub struct Arguments {
     #[arg(long, value_name = "A..B", value_parser = frames::frames)]
     frames: Option<Range<u32>>,
 
-    /// The frames of a zoom are those of the way back: the first is what the last of the way in is
-    #[arg(long = "return", requires = "frames")]
-    back: bool,
+    #[command(flatten)]
+    zoom: zoom::Options,
 
     /// Trace only these samples of every pixel, B not among them, and write a shard for `terrane merge`
     #[arg(long, value_name = "A..B", value_parser = frames::samples, requires = "of",
@@ -108,16 +107,16 @@ pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     }
     let named = arguments.named()?;
     let world = land::load(&arguments.world, session)?;
+    if world.zoom.is_none() {
+        arguments.zoom.check_absent()?;
+    }
     let job = Job::new(arguments, &world, named)?;
-    check_picture(&job.film)?;
+    check_picture(&Film { width: job.width(), ..job.film })?;
     job.place.prepare(job.shot(job.shots.start).path.file_name().and_then(|name| name.to_str()))?;
 
     interrupt::listen();
     if let Some(zoom) = &world.zoom {
         return job.fly(zoom, session);
-    }
-    if arguments.back {
-        return Err(Error::Missing("--return: the world has no `zoom`".into()));
     }
     let mut work = Work { shots: job.shots.clone(), gathered: None };
     let mut losses = 0;
@@ -197,10 +196,10 @@ impl<'a> Job<'a> {
         if let Some(Size { width, height }) = arguments.size {
             film = Film { width, height, ..film };
         }
-        let whole = Crop::whole(film.width, film.height);
+        let (width, height) = (width(&film, arguments), film.height);
+        let whole = Crop::whole(width, height);
         let crop = arguments.crop.unwrap_or(whole);
         if !crop.within(&whole) {
-            let (width, height) = (film.width, film.height);
             return Err(Error::Usage(format!(
                 "--crop: these pixels are not in a picture of {width}x{height}"
             )));
@@ -227,6 +226,11 @@ impl<'a> Job<'a> {
         }
         let denoiser = arguments.limits.finish.denoiser()?;
         Ok(Job { arguments, world, film, renderer, crop, place, target, shots, denoiser })
+    }
+
+    /// Of the picture, pixels; with --stereo the film is half of it.
+    fn width(&self) -> u32 {
+        width(&self.film, self.arguments)
     }
 
     fn shot(&self, number: u32) -> Shot {
@@ -529,8 +533,8 @@ impl<'a> Job<'a> {
     fn write(&self, shot: &Shot, picture: Picture, session: &mut Session) -> Result<Written, Error> {
         self.place.make()?;
         let (path, Crop { origin, size }) = (&shot.path, self.crop);
+        let whole = [picture.width, picture.height];
         let picture = picture.cut(origin, size);
-        let whole = [self.film.width, self.film.height];
         let written = match formats::extension(path).as_str() {
             "exr" if size != whole => {
                 let channel = |index: usize| picture.pixels.iter().map(|pixel| pixel[index]).collect();
@@ -593,6 +597,11 @@ impl Studio<'_> {
             }
         }
     }
+}
+
+/// Width of what is made on a film.
+fn width(film: &Film, arguments: &Arguments) -> u32 {
+    if arguments.zoom.stereo { 2 * film.width } else { film.width }
 }
 
 /// The names of frames.

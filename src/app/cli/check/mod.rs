@@ -1,5 +1,7 @@
 //! `terrane check`: whether a world can be made, and what it takes, without making it.
 
+mod zoom;
+
 use super::options::{DeviceOptions, OutputOptions, WorldOptions};
 use super::output::print;
 use crate::app::memory::{self, Goal, Limits, Needs, by_name, check_picture, largest_grid};
@@ -41,6 +43,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     interrupt::listen();
     let world = land::load(&arguments.world, session)?;
+    if let Some(zoom) = &world.zoom {
+        return zoom::check(arguments, &world, zoom, session);
+    }
     let mut limits = Limits::of_option(arguments.device.memory_limit);
     let named = arguments.device.device.is_some();
     let mut gpu = None;

@@ -1,0 +1,29 @@
+//! What the keys of a zoom mean to those who draw it.
+
+use super::Zoom;
+use crate::core::hash::derive_seed;
+use crate::scene::Film;
+use crate::zoom::{background, height::Surface, tree::Detail, view::Settings};
+
+/// Side of the square of samples in a pixel.
+const SAMPLES: u32 = 2;
+
+impl Zoom {
+    /// The surface of a world with this seed.
+    pub fn surface(&self, seed: u32) -> Surface {
+        Surface { seed: derive_seed(seed, "zoom"), refinement: self.refinement, roughness: self.roughness }
+    }
+
+    /// How it is shown in pictures of a size and a vertical field of view (radians).
+    pub fn settings(&self, film: &Film, fov: f32) -> Settings {
+        Settings {
+            bits: self.tile,
+            detail: Detail::new(self.detail.into()),
+            octaves: self.visibility,
+            layers: Some(background::layers(self.visibility)),
+            face: background::side(film, SAMPLES, fov),
+            slots: self.tiles,
+            samples: SAMPLES,
+        }
+    }
+}
