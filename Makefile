@@ -16,12 +16,13 @@ SPECIES = oak beech spruce pine palm dead shrub fern grass tussock daisy poppy
 # Pictures of worlds, as docs/pictures/forest_NAME.png.
 FORESTS = default=forest/default dead=forest/dead mountain=forest/mountain reef=landscape/reef_forest
 
-.PHONY: help demo species forests install test test-long bench fuzz lint doc
+.PHONY: help demo species forests zooms install test test-long bench fuzz lint doc
 
 help:
 	@echo 'make demo       build, and render an island to out/volcano.png and a wooded one to out/reef_forest.png'
 	@echo 'make species    pictures of all species, in docs/pictures'
 	@echo 'make forests    pictures of the forests, in docs/pictures: takes minutes, and oidnDenoise'
+	@echo 'make zooms      pictures of one flight at five depths, in docs/pictures'
 	@echo 'make install    the program, its manual and completions for shells, below PREFIX=$(PREFIX)'
 	@echo 'make test       the test suite, on the Vulkan device that is found (lavapipe will do)'
 	@echo 'make test-long  the tests that take too long for every change'
@@ -52,6 +53,12 @@ forests:
 			--renderer raster; \
 	done
 	$(RUN) render configs/landscape/reef_forest.toml --size 640x360 --spp 8 --denoise -o docs/pictures/traced_reef.png
+
+zooms:
+	@scripts/install.sh
+	set -e; for depth in 0 10 100 1000 10000; do \
+		$(RUN) render configs/zoom/descent.toml --set zoom.depth=$$depth --size 640x360 -o docs/pictures/zoom_$$depth.png; \
+	done
 
 install:
 	@scripts/install.sh

@@ -25,6 +25,7 @@ const SETTINGS: Settings = Settings {
     bits: 4,
     detail: Detail::COMMON,
     octaves: 64,
+    clear: 0.5,
     layers: Some(7),
     face: 192,
     slots: 8000,

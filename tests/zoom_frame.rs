@@ -23,6 +23,7 @@ const SETTINGS: Settings = Settings {
     bits: 4,
     detail: Detail::COMMON,
     octaves: 24,
+    clear: 0.5,
     layers: Some(2),
     face: 192,
     slots: 8000,

@@ -337,6 +337,10 @@ fn what_a_zoom_can_not_is_refused() {
     told(&render(&["--from", &above, "--seed", "3"]), 2, "--seed");
     told(&render(&["--from", &above, "--set", "zoom.depth=3"]), 2, "--set zoom.depth");
     told(&render(&["--from", &above, "--set", "zoom = { depth = 3 }"]), 2, "--set zoom");
+    let mut end = Place::default();
+    end.x.add(i64::MIN, 0);
+    let end = Location { surface, level: 3, place: end, attitude: Attitude::default(), fov: 9000 }.code();
+    told(&render(&["--from", &end]), 2, "the world's end");
     told(&render(&["--from", &above[..above.len() - 1]]), 2, "checksum");
     told(&render(&["--from", ""]), 2, "the location code is empty");
     told(&render(&["--from", "@none.txt"]), 7, "none.txt");

@@ -5,9 +5,9 @@
 #include "lib/frame.glsl"
 #include "lib/sky.glsl"
 
-// Radiance of ground that is so many octaves farther than the nearest. From `limit` on there is nothing but sky, exactly.
-vec3 veiled(vec3 ground, vec3 sky, float octaves, float limit) {
-    float haze = smoothstep(0.5 * limit, limit, octaves);
+// Radiance of ground that is so many octaves farther than the nearest. There is haze from `veil.x` octaves on, and from `veil.y` on nothing but sky, exactly.
+vec3 veiled(vec3 ground, vec3 sky, float octaves, vec2 veil) {
+    float haze = smoothstep(veil.x, veil.y, octaves);
     return haze == 1.0 ? sky : mix(ground, sky, haze);
 }
 

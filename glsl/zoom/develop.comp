@@ -19,7 +19,7 @@ layout(push_constant, scalar) uniform Push {
     int side;           // of the square, in samples
     float exposure;
     float altitude;     // distance of the nearest ground
-    float octaves;      // from there to where there is nothing but sky
+    vec2 veil;          // octaves from there to where haze begins, and to where there is nothing but sky
     float offset;       // octaves from the altitude to the unit of the background's distances
     int has_background;
 } push;
@@ -51,7 +51,7 @@ vec3 behind(vec3 view) {
         ivec2 step_ = ivec2(corner & 1, corner >> 1);
         vec2 weight = mix(1.0 - share, share, vec2(step_));
         vec4 ground = imageLoad(background, ivec3(first + step_, int(face.z)));
-        vec3 seen = ground.a > 0.0 ? veiled(ground.rgb, sky, ground.a + push.offset, push.octaves) : open;
+        vec3 seen = ground.a > 0.0 ? veiled(ground.rgb, sky, ground.a + push.offset, push.veil) : open;
         sum += weight.x * weight.y * seen;
     }
     return sum;
@@ -63,8 +63,8 @@ vec3 seen(ivec2 sample_) {
     if (ground.a == 0.0) return behind(view);
     float octaves = log2(ground.a / push.altitude);
     // Most of the ground is near.
-    if (octaves <= 0.5 * push.octaves) return ground.rgb;
-    return veiled(ground.rgb, sky_radiance(view), octaves, push.octaves);
+    if (octaves <= push.veil.x) return ground.rgb;
+    return veiled(ground.rgb, sky_radiance(view), octaves, push.veil);
 }
 
 void main() {

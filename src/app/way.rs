@@ -167,6 +167,18 @@ impl Ascent {
 
 /// Reads a location code, or that in the file behind an @.
 fn read(text: &str) -> Result<Location, Error> {
+    let location = parse(text)?;
+    let far = [&location.place.x, &location.place.z].map(|number| number.whole().unsigned_abs());
+    if far.iter().any(|cells| *cells > FARTHEST) {
+        return Err(Error::Usage("--from: the place lies at the world's end, where coordinates wrap".into()));
+    }
+    Ok(location)
+}
+
+/// Cells of level 0 from the middle of the world that there are places in.
+const FARTHEST: u64 = 1 << 62;
+
+fn parse(text: &str) -> Result<Location, Error> {
     let Some(path) = text.strip_prefix('@').map(Path::new) else {
         return Location::parse(text).map_err(|error| Error::Usage(format!("--from: {error}")));
     };

@@ -795,8 +795,10 @@ section! {
         tile: u32 = whole(5, 2..=7),
         /// Tiles nearer than this many of their sides are split.
         detail: f32 = number(2.0, NONE, 1.72..=5.0).usual(1.72..=3.0),
-        /// Octaves of distance, from the nearest ground on, to where nothing is seen but sky. Half as many are clear.
+        /// Octaves of distance, from the nearest ground on, to where nothing is seen but sky.
         visibility: u32 = whole(64, 4..=1024),
+        /// The share of these octaves that is clear, before there is haze.
+        clear: f32 = number(0.5, NONE, 0.0..=1.0),
         /// With `--stereo`: from eye to eye, in distances to the surface.
         eyes: f32 = number(0.0625, NONE, 0.0..=1.0).usual(0.0..=0.2),
         /// Tiles that the device keeps.

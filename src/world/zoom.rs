@@ -20,6 +20,7 @@ impl Zoom {
             bits: self.tile,
             detail: Detail::new(self.detail.into()),
             octaves: self.visibility,
+            clear: self.clear,
             layers: Some(background::layers(self.visibility)),
             face: background::side(film, SAMPLES, fov),
             slots: self.tiles,

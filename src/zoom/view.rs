@@ -32,6 +32,8 @@ pub struct Settings {
     pub detail: Detail,
     /// Octaves of distance, from that to the surface on, to where nothing is seen but sky.
     pub octaves: u32,
+    /// The share of these that is clear: from there on there is haze.
+    pub clear: f32,
     /// Most layers of the background: [`background::layers`] of these octaves. More don't show. With `None` all is in the foreground, which whole numbers
     /// have the digits for near the start only.
     pub layers: Option<u32>,
@@ -322,7 +324,7 @@ impl Renderer {
             side: self.settings.samples as i32,
             exposure: self.film.exposure,
             altitude: altitude.cells as f32,
-            octaves: *octaves,
+            veil: [self.settings.clear.min(0.99) * octaves, *octaves],
             offset: behind.map_or(0.0, |of| altitude.depth() - f64::from(of.level)) as f32,
             has_background: behind.is_some().into(),
         };

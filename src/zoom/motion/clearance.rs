@@ -62,27 +62,52 @@ pub fn clearance(spine: &mut Spine, place: &Place, hint: u32) -> Option<Clearanc
     let surface = *spine.surface();
     let limit = place.digits() + 64;
     // A patch reaches seven cells: its level is two or three beyond that of the distance.
-    let mut level = hint.saturating_add(2).min(limit);
-    let mut square = nearest(spine, place, level);
-    if square <= reach() {
-        while level < limit && nearest(spine, place, level + 1) <= reach() {
-            level += 1;
-        }
-        if level == limit {
-            return None;
-        }
-    }
-    while level > 0 && square > reach() {
-        level -= 1;
-        square = nearest(spine, place, level);
-    }
-    if square > reach() {
-        return Some(from_afar(&surface, place, square.sqrt()));
+    let first = hint.saturating_add(2).min(limit);
+    let Some(level) = last(first, limit, |level| nearest(spine, place, level) <= reach()) else {
+        return Some(from_afar(&surface, place, nearest(spine, place, 0).sqrt()));
+    };
+    if level == limit {
+        return None;
     }
     let patch = spine.patch(place, level);
     let cells = search(&surface, place, patch)?.min(REACH as f64);
     let is_above = side(&surface, place, patch)?;
     Some(Clearance { distance: Distance::new(cells, level), is_above })
+}
+
+/// The last level up to a limit that is one of `those`, as all levels before it are. Steps away from the first that is looked at double, then halve, since a
+/// hint may be far off. `None` if not even level 0 is one.
+fn last(first: u32, limit: u32, mut those: impl FnMut(u32) -> bool) -> Option<u32> {
+    let (mut is, mut is_not) = (first, first);
+    let mut step = 1u32;
+    if those(first) {
+        loop {
+            if is == limit {
+                return Some(limit);
+            }
+            is_not = is.saturating_add(step).min(limit);
+            if !those(is_not) {
+                break;
+            }
+            (is, step) = (is_not, step.saturating_mul(2));
+        }
+    } else {
+        loop {
+            if is_not == 0 {
+                return None;
+            }
+            is = is_not.saturating_sub(step);
+            if those(is) {
+                break;
+            }
+            (is_not, step) = (is, step.saturating_mul(2));
+        }
+    }
+    while is_not - is > 1 {
+        let middle = is.midpoint(is_not);
+        if those(middle) { is = middle } else { is_not = middle }
+    }
+    Some(is)
 }
 
 /// Square of [`REACH`].
