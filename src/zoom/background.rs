@@ -49,11 +49,10 @@ pub fn layers(octaves: u32) -> u32 {
     octaves.saturating_sub(ALTITUDE - 1).div_ceil(LEVELS)
 }
 
-/// Texels along the edge of a face, about as many as a picture has samples in 90°.
-pub fn side(film: &Film, samples: u32, fov: f32) -> u32 {
-    let rows = film.height as f32 * samples as f32;
-    // At the middle of a face, half of which a tangent of 1 sees.
-    let side = rows / libm::tanf(fov / 2.0).max(1e-3);
+/// Texels along the edge of a face: at its middle as large as a picture's pixels in the middle, and half as many again.
+pub fn side(film: &Film, fov: f32) -> u32 {
+    // Half a face is seen in a tangent of 1.
+    let side = 1.5 * film.height as f32 / libm::tanf(fov / 2.0).max(1e-3);
     (side as u32).next_multiple_of(64).min(MOST_SIDE)
 }
 
@@ -267,8 +266,10 @@ pub struct Background {
     canvas: Canvas,
     lay: Compute<layer::Shader>,
     job: Option<Job>,
-    /// Tiles that the last layer had to make and draw, as far as is known.
+    /// What the last layer cost, in tiles that are drawn.
     usual: usize,
+    /// What calls of [`Background::work`] have done beyond their share.
+    owed: usize,
     clock: u64,
 }
 
@@ -329,6 +330,7 @@ impl Background {
             lay: Compute::new(gpu, ())?,
             job: None,
             usual: 1000,
+            owed: 0,
             clock: 0,
         })
     }
@@ -393,10 +395,21 @@ impl Background {
     /// If more tiles are needed than there may be, or what the device has no memory for.
     pub(super) fn work(&mut self, means: &mut Means) -> Result<(), Error> {
         let Some(job) = &mut self.job else { return Ok(()) };
-        let calls = job.calls.max(1);
-        job.calls = calls - 1;
+        job.calls = job.calls.saturating_sub(1);
+        let calls = (job.calls + 1).max(LAST_CALLS);
         let budget = self.work_left().div_ceil(calls);
-        self.advance(means, budget)
+        // A call that did more than its share is followed by some that do nothing.
+        self.owed = self.owed.saturating_sub(budget);
+        if self.owed == 0 {
+            self.owed = self.advance(means, budget)?.saturating_sub(budget);
+        }
+        Ok(())
+    }
+
+    /// What it costs to lay a face, in tiles.
+    fn cost_of_a_face(&self) -> usize {
+        let [width, height] = self.canvas.size().map(|side| side as usize);
+        width * height / TEXELS_A_TILE + 1
     }
 
     /// Tiles to be made or drawn, about.
@@ -405,7 +418,8 @@ impl Background {
         match &job.current {
             None => job.left * self.usual,
             Some(Laying { faces, face, drawn, .. }) => {
-                let drawn = faces[..*face].iter().map(Vec::len).sum::<usize>() + drawn;
+                let laid = faces[..*face].iter().map(|face| face.len() + self.cost_of_a_face());
+                let drawn = laid.sum::<usize>() + drawn;
                 (job.left * self.usual).saturating_sub(drawn)
             }
         }
@@ -450,20 +464,21 @@ impl Background {
         &self.kept[behind.map_or(0, |behind| behind.index)].texels
     }
 
-    /// Goes on with what is being made.
-    fn advance(&mut self, means: &mut Means, budget: usize) -> Result<(), Error> {
-        let Some(mut job) = self.job.take() else { return Ok(()) };
-        let mut left = budget;
-        while left > 0 && job.left > 0 {
+    /// Goes on with what is being made; returns how many tiles that was, about.
+    fn advance(&mut self, means: &mut Means, budget: usize) -> Result<usize, Error> {
+        let Some(mut job) = self.job.take() else { return Ok(0) };
+        let mut spent = 0;
+        while spent < budget && job.left > 0 {
             let mut laying = match job.current.take() {
                 Some(laying) => laying,
                 None => {
                     let laying = self.lay_next(means.spine, &job)?;
-                    self.usual = laying.faces.iter().map(Vec::len).sum::<usize>() + laying.band.wanted.len();
+                    let faces = laying.faces.iter().map(|face| face.len() + self.cost_of_a_face());
+                    self.usual = faces.sum();
                     laying
                 }
             };
-            left = left.saturating_sub(self.go_on(means, &job, &mut laying, left)?);
+            spent += self.go_on(means, &job, &mut laying, budget - spent)?;
             if laying.face < FACES.len() {
                 job.current = Some(laying);
                 continue;
@@ -476,7 +491,7 @@ impl Background {
         } else {
             self.job = Some(job);
         }
-        Ok(())
+        Ok(spent)
     }
 
     /// The tiles of the layer that is the next of a job.
@@ -523,10 +538,10 @@ impl Background {
             stage.look(&mut rec, size, &face_camera(laying.face, size[0]));
             let load = if laying.drawn == 0 { Load::Clear([0.0; 4]) } else { Load::Keep };
             painter.draw(&mut rec, (&self.canvas, load), stage, tiles, (&laying.lattice, NEAR), &views)?;
-            // A face that shows nothing takes time, too.
-            spent += (end - laying.drawn).max(1);
+            spent += end - laying.drawn;
             laying.drawn = end;
             if end == face.len() {
+                spent += self.cost_of_a_face();
                 self.lay(&mut rec, job, laying.face);
                 (laying.face, laying.drawn) = (laying.face + 1, 0);
             }
@@ -548,6 +563,12 @@ impl Background {
 
 /// Most calls that a background is made in: the rest of the time until it is needed is for those that are needed soon after.
 const CALLS: usize = 64;
+
+/// The last calls share what is left, which may be more than it seemed.
+const LAST_CALLS: usize = 8;
+
+/// Laying so many texels of a face takes as long as drawing a tile.
+const TEXELS_A_TILE: usize = 8192;
 
 /// Whether a background shows these layers, and behind them none but such as are behind them all.
 fn shows(kept: &[Key], keys: &[Key]) -> bool {
