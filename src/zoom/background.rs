@@ -42,7 +42,7 @@ pub const KEPT: usize = 3;
 const PLAIN: i64 = 16;
 
 /// Octaves that the plain's end is away from its middle.
-pub(super) const PLAIN_OCTAVES: f64 = 4.0;
+pub(super) const PLAIN_OCTAVES: f64 = 3.906_890_595_608_519; // log₂ 15: the place may be at its cell's border
 
 /// Layers that show through `octaves` of haze.
 pub fn layers(octaves: u32) -> u32 {
@@ -87,10 +87,10 @@ pub fn roots(spine: &mut Spine, place: &Place, layer: u32, detail: Detail) -> Pa
     patch.part(x, z, 2 * reach as usize + 2).unwrap_or_else(|| patch.clone())
 }
 
-/// The tiles above the roots that these are shaded and compared with, from coarse to fine.
+/// The tiles above the roots that these and their parents are compared with, from coarse to fine.
 pub fn above(spine: &mut Spine, place: &Place, roots: &Patch) -> Vec<(Cell, Corners)> {
     let mut above = Vec::new();
-    for level in roots.level().saturating_sub(RELIEF_LEVELS)..roots.level() {
+    for level in roots.level().saturating_sub(RELIEF_LEVELS + 1)..roots.level() {
         let up = roots.level() - level;
         let patch = spine.patch(place, level);
         let ancestor = |[column, row]: [usize; 2]| {
@@ -251,6 +251,9 @@ struct Laying {
     /// Faces that are laid, and tiles that are drawn of the next.
     face: usize,
     drawn: usize,
+    /// What all of it costs, in tiles that are made or drawn, and what has been done.
+    cost: usize,
+    spent: usize,
 }
 
 /// Backgrounds, and what they are made with.
@@ -395,9 +398,9 @@ impl Background {
     /// If more tiles are needed than there may be, or what the device has no memory for.
     pub(super) fn work(&mut self, means: &mut Means) -> Result<(), Error> {
         let Some(job) = &mut self.job else { return Ok(()) };
-        job.calls = job.calls.saturating_sub(1);
-        let calls = (job.calls + 1).max(LAST_CALLS);
-        let budget = self.work_left().div_ceil(calls);
+        let calls = job.calls.max(1);
+        job.calls = calls - 1;
+        let budget = self.work_left().div_ceil(calls).max(self.usual.div_ceil(CALLS));
         // A call that did more than its share is followed by some that do nothing.
         self.owed = self.owed.saturating_sub(budget);
         if self.owed == 0 {
@@ -417,11 +420,7 @@ impl Background {
         let Some(job) = &self.job else { return 0 };
         match &job.current {
             None => job.left * self.usual,
-            Some(Laying { faces, face, drawn, .. }) => {
-                let laid = faces[..*face].iter().map(|face| face.len() + self.cost_of_a_face());
-                let drawn = laid.sum::<usize>() + drawn;
-                (job.left * self.usual).saturating_sub(drawn)
-            }
+            Some(laying) => (job.left - 1) * self.usual + laying.cost.saturating_sub(laying.spent),
         }
     }
 
@@ -472,13 +471,13 @@ impl Background {
             let mut laying = match job.current.take() {
                 Some(laying) => laying,
                 None => {
-                    let laying = self.lay_next(means.spine, &job)?;
-                    let faces = laying.faces.iter().map(|face| face.len() + self.cost_of_a_face());
-                    self.usual = faces.sum();
+                    let laying = self.lay_next(means, &job)?;
+                    self.usual = laying.cost;
                     laying
                 }
             };
-            spent += self.go_on(means, &job, &mut laying, budget - spent)?;
+            let part = self.go_on(means, &job, &mut laying, budget - spent)?;
+            (spent, laying.spent) = (spent + part, laying.spent + part);
             if laying.face < FACES.len() {
                 job.current = Some(laying);
                 continue;
@@ -495,17 +494,19 @@ impl Background {
     }
 
     /// The tiles of the layer that is the next of a job.
-    fn lay_next(&self, spine: &mut Spine, job: &Job) -> Result<Laying, Error> {
+    fn lay_next(&self, means: &mut Means, job: &Job) -> Result<Laying, Error> {
         let layer = job.keys[job.left - 1].layer;
-        let band = Band::new(spine, &job.place, layer, self.detail, self.most)?;
+        let band = Band::new(means.spine, &job.place, layer, self.detail, self.most)?;
         let lattice = Lattice::new(self.surface, &band.eye, &band.leaves, band.level, self.bits)?;
         let seen = |face| {
             let frustum = Frustum::new(&face_camera(face, self.canvas.size()[0]));
             // What is near first: it hides the rest.
             band.leaves.iter().rev().filter(|leaf| frustum.has(&band.tree, leaf)).copied().collect()
         };
-        let faces = (0..FACES.len()).map(seen).collect();
-        Ok(Laying { band, lattice, faces, face: 0, drawn: 0 })
+        let faces: Vec<Vec<Leaf>> = (0..FACES.len()).map(seen).collect();
+        let missing = band.wanted.iter().filter(|(cell, _)| means.tiles.slot(*cell).is_none()).count();
+        let cost = missing + faces.iter().map(|face| face.len() + self.cost_of_a_face()).sum::<usize>();
+        Ok(Laying { band, lattice, faces, face: 0, drawn: 0, cost, spent: 0 })
     }
 
     /// Makes the layer's tiles that are not there, then draws some of them; returns how many these were.
@@ -518,6 +519,7 @@ impl Background {
     ) -> Result<usize, Error> {
         let Means { gpu, spine, tiles, painter, stage, waited } = means;
         let Band { eye, wanted, .. } = &laying.band;
+        let too_few = |tiles: &Tiles| Error::Slots { needed: wanted.len(), slots: tiles.capacity() };
         let mut rec = Recorder::new(gpu);
         let made = tiles.make(&mut rec, spine, eye, wanted.iter().copied(), budget);
         if made.waiting > 0 {
@@ -532,8 +534,8 @@ impl Background {
             let face = &laying.faces[laying.face];
             let end = laying.drawn.saturating_add(budget - spent).min(face.len());
             let part = face[laying.drawn..end].iter();
-            let views: Vec<_> =
-                part.filter_map(|leaf| painter.view(tiles, eye, &laying.lattice, leaf)).collect();
+            let views = part.map(|leaf| painter.view(tiles, eye, &laying.lattice, leaf));
+            let views = views.collect::<Option<Vec<_>>>().ok_or_else(|| too_few(tiles))?;
             let size = self.canvas.size();
             stage.look(&mut rec, size, &face_camera(laying.face, size[0]));
             let load = if laying.drawn == 0 { Load::Clear([0.0; 4]) } else { Load::Keep };
@@ -563,9 +565,6 @@ impl Background {
 
 /// Most calls that a background is made in: the rest of the time until it is needed is for those that are needed soon after.
 const CALLS: usize = 64;
-
-/// The last calls share what is left, which may be more than it seemed.
-const LAST_CALLS: usize = 8;
 
 /// Laying so many texels of a face takes as long as drawing a tile.
 const TEXELS_A_TILE: usize = 8192;
