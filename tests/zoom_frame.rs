@@ -136,6 +136,26 @@ fn shot(renderer: &mut Renderer, view: &View) -> Picture {
     renderer.render(view).unwrap().picture
 }
 
+/// A pool that is almost too small for a view has what that view needs, whatever was seen before.
+#[test]
+fn a_small_pool_shows_the_same() {
+    let gpu = kit::gpu();
+    let surface = surface(2);
+    let settings = Settings { detail: Detail::new(Detail::LEAST), slots: 1600, ..SETTINGS };
+    let new = |settings| Renderer::new(&gpu, surface, settings, &light(), &FILM).unwrap();
+    let (mut flown, mut fresh) = (new(settings), new(Settings { slots: 8000, ..settings }));
+    for frame in 0..36u64 {
+        // Outwards, looking past the corner of the foreground.
+        let attitude = Attitude { yaw: turn(45.0), pitch: turn(-5.0), roll: 0 };
+        let view = View { attitude, fov: 1.9, ..steered(surface, Depth((280 - frame) << 14)) };
+        let picture = shot(&mut flown, &view);
+        if frame % 5 == 0 {
+            fresh.clear();
+            assert!(shot(&mut fresh, &view) == picture, "frame {frame}");
+        }
+    }
+}
+
 #[test]
 fn the_same_view_is_the_same_picture() {
     let gpu = kit::gpu();

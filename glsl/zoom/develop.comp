@@ -51,7 +51,7 @@ vec3 behind(vec3 view) {
         ivec2 step_ = ivec2(corner & 1, corner >> 1);
         vec2 weight = mix(1.0 - share, share, vec2(step_));
         vec4 ground = imageLoad(background, ivec3(first + step_, int(face.z)));
-        vec3 seen = ground.a > 0.0 ? veiled(ground.rgb, sky, ground.a + push.offset, push.veil) : open;
+        vec3 seen = ground.a > 0.0 ? veiled(ground.rgb, sky, open, ground.a + push.offset, push.veil) : open;
         sum += weight.x * weight.y * seen;
     }
     return sum;
@@ -64,7 +64,8 @@ vec3 seen(ivec2 sample_) {
     float octaves = log2(ground.a / push.altitude);
     // Most of the ground is near.
     if (octaves <= push.veil.x) return ground.rgb;
-    return veiled(ground.rgb, sky_radiance(view), octaves, push.veil);
+    vec3 sky = sky_radiance(view);
+    return veiled(ground.rgb, sky, sky + sun_disc_radiance(view), octaves, push.veil);
 }
 
 void main() {

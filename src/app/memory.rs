@@ -192,7 +192,9 @@ pub fn check_zoom(settings: &Settings, film: &Film, sky: &Sky, limits: &Limits) 
     });
     let fit = fit.min().unwrap_or(u64::MAX);
     let advice = match fit {
-        0..FEWEST_TILES => "lower zoom.tile or the picture's size".into(),
+        0..FEWEST_TILES => {
+            "lower zoom.tile, zoom.visibility (below 13 there is no background) or the picture's size".into()
+        }
         _ => format!("lower zoom.tiles: {fit} would fit"),
     };
     let excess = rows.into_iter().find_map(|(of, parts, limit, _, _, remedy)| {

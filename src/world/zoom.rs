@@ -22,7 +22,7 @@ impl Zoom {
             octaves: self.visibility,
             clear: self.clear,
             layers: Some(background::layers(self.visibility)),
-            face: background::side(film, SAMPLES, fov),
+            face: background::side(film, fov),
             slots: self.tiles,
             samples: SAMPLES,
         }

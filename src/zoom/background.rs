@@ -42,18 +42,17 @@ pub const KEPT: usize = 3;
 const PLAIN: i64 = 16;
 
 /// Octaves that the plain's end is away from its middle.
-pub(super) const PLAIN_OCTAVES: f64 = 4.0;
+pub(super) const PLAIN_OCTAVES: f64 = 3.906_890_595_608_519; // log₂ 15: the place may be at its cell's border
 
 /// Layers that show through `octaves` of haze.
 pub fn layers(octaves: u32) -> u32 {
     octaves.saturating_sub(ALTITUDE - 1).div_ceil(LEVELS)
 }
 
-/// Texels along the edge of a face, about as many as a picture has samples in 90°.
-pub fn side(film: &Film, samples: u32, fov: f32) -> u32 {
-    let rows = film.height as f32 * samples as f32;
-    // At the middle of a face, half of which a tangent of 1 sees.
-    let side = rows / libm::tanf(fov / 2.0).max(1e-3);
+/// Texels along the edge of a face: at its middle as large as a picture's pixels in the middle, and half as many again.
+pub fn side(film: &Film, fov: f32) -> u32 {
+    // Half a face is seen in a tangent of 1.
+    let side = 1.5 * film.height as f32 / libm::tanf(fov / 2.0).max(1e-3);
     (side as u32).next_multiple_of(64).min(MOST_SIDE)
 }
 
@@ -88,10 +87,10 @@ pub fn roots(spine: &mut Spine, place: &Place, layer: u32, detail: Detail) -> Pa
     patch.part(x, z, 2 * reach as usize + 2).unwrap_or_else(|| patch.clone())
 }
 
-/// The tiles above the roots that these are shaded and compared with, from coarse to fine.
+/// The tiles above the roots that these and their parents are compared with, from coarse to fine.
 pub fn above(spine: &mut Spine, place: &Place, roots: &Patch) -> Vec<(Cell, Corners)> {
     let mut above = Vec::new();
-    for level in roots.level().saturating_sub(RELIEF_LEVELS)..roots.level() {
+    for level in roots.level().saturating_sub(RELIEF_LEVELS + 1)..roots.level() {
         let up = roots.level() - level;
         let patch = spine.patch(place, level);
         let ancestor = |[column, row]: [usize; 2]| {
@@ -252,6 +251,9 @@ struct Laying {
     /// Faces that are laid, and tiles that are drawn of the next.
     face: usize,
     drawn: usize,
+    /// What all of it costs, in tiles that are made or drawn, and what has been done.
+    cost: usize,
+    spent: usize,
 }
 
 /// Backgrounds, and what they are made with.
@@ -267,8 +269,10 @@ pub struct Background {
     canvas: Canvas,
     lay: Compute<layer::Shader>,
     job: Option<Job>,
-    /// Tiles that the last layer had to make and draw, as far as is known.
+    /// What the last layer cost, in tiles that are drawn.
     usual: usize,
+    /// What calls of [`Background::work`] have done beyond their share.
+    owed: usize,
     clock: u64,
 }
 
@@ -329,6 +333,7 @@ impl Background {
             lay: Compute::new(gpu, ())?,
             job: None,
             usual: 1000,
+            owed: 0,
             clock: 0,
         })
     }
@@ -395,8 +400,19 @@ impl Background {
         let Some(job) = &mut self.job else { return Ok(()) };
         let calls = job.calls.max(1);
         job.calls = calls - 1;
-        let budget = self.work_left().div_ceil(calls);
-        self.advance(means, budget)
+        let budget = self.work_left().div_ceil(calls).max(self.usual.div_ceil(CALLS));
+        // A call that did more than its share is followed by some that do nothing.
+        self.owed = self.owed.saturating_sub(budget);
+        if self.owed == 0 {
+            self.owed = self.advance(means, budget)?.saturating_sub(budget);
+        }
+        Ok(())
+    }
+
+    /// What it costs to lay a face, in tiles.
+    fn cost_of_a_face(&self) -> usize {
+        let [width, height] = self.canvas.size().map(|side| side as usize);
+        width * height / TEXELS_A_TILE + 1
     }
 
     /// Tiles to be made or drawn, about.
@@ -404,10 +420,7 @@ impl Background {
         let Some(job) = &self.job else { return 0 };
         match &job.current {
             None => job.left * self.usual,
-            Some(Laying { faces, face, drawn, .. }) => {
-                let drawn = faces[..*face].iter().map(Vec::len).sum::<usize>() + drawn;
-                (job.left * self.usual).saturating_sub(drawn)
-            }
+            Some(laying) => (job.left - 1) * self.usual + laying.cost.saturating_sub(laying.spent),
         }
     }
 
@@ -450,20 +463,21 @@ impl Background {
         &self.kept[behind.map_or(0, |behind| behind.index)].texels
     }
 
-    /// Goes on with what is being made.
-    fn advance(&mut self, means: &mut Means, budget: usize) -> Result<(), Error> {
-        let Some(mut job) = self.job.take() else { return Ok(()) };
-        let mut left = budget;
-        while left > 0 && job.left > 0 {
+    /// Goes on with what is being made; returns how many tiles that was, about.
+    fn advance(&mut self, means: &mut Means, budget: usize) -> Result<usize, Error> {
+        let Some(mut job) = self.job.take() else { return Ok(0) };
+        let mut spent = 0;
+        while spent < budget && job.left > 0 {
             let mut laying = match job.current.take() {
                 Some(laying) => laying,
                 None => {
-                    let laying = self.lay_next(means.spine, &job)?;
-                    self.usual = laying.faces.iter().map(Vec::len).sum::<usize>() + laying.band.wanted.len();
+                    let laying = self.lay_next(means, &job)?;
+                    self.usual = laying.cost;
                     laying
                 }
             };
-            left = left.saturating_sub(self.go_on(means, &job, &mut laying, left)?);
+            let part = self.go_on(means, &job, &mut laying, budget - spent)?;
+            (spent, laying.spent) = (spent + part, laying.spent + part);
             if laying.face < FACES.len() {
                 job.current = Some(laying);
                 continue;
@@ -476,21 +490,23 @@ impl Background {
         } else {
             self.job = Some(job);
         }
-        Ok(())
+        Ok(spent)
     }
 
     /// The tiles of the layer that is the next of a job.
-    fn lay_next(&self, spine: &mut Spine, job: &Job) -> Result<Laying, Error> {
+    fn lay_next(&self, means: &mut Means, job: &Job) -> Result<Laying, Error> {
         let layer = job.keys[job.left - 1].layer;
-        let band = Band::new(spine, &job.place, layer, self.detail, self.most)?;
+        let band = Band::new(means.spine, &job.place, layer, self.detail, self.most)?;
         let lattice = Lattice::new(self.surface, &band.eye, &band.leaves, band.level, self.bits)?;
         let seen = |face| {
             let frustum = Frustum::new(&face_camera(face, self.canvas.size()[0]));
             // What is near first: it hides the rest.
             band.leaves.iter().rev().filter(|leaf| frustum.has(&band.tree, leaf)).copied().collect()
         };
-        let faces = (0..FACES.len()).map(seen).collect();
-        Ok(Laying { band, lattice, faces, face: 0, drawn: 0 })
+        let faces: Vec<Vec<Leaf>> = (0..FACES.len()).map(seen).collect();
+        let missing = band.wanted.iter().filter(|(cell, _)| means.tiles.slot(*cell).is_none()).count();
+        let cost = missing + faces.iter().map(|face| face.len() + self.cost_of_a_face()).sum::<usize>();
+        Ok(Laying { band, lattice, faces, face: 0, drawn: 0, cost, spent: 0 })
     }
 
     /// Makes the layer's tiles that are not there, then draws some of them; returns how many these were.
@@ -503,6 +519,7 @@ impl Background {
     ) -> Result<usize, Error> {
         let Means { gpu, spine, tiles, painter, stage, waited } = means;
         let Band { eye, wanted, .. } = &laying.band;
+        let too_few = |tiles: &Tiles| Error::Slots { needed: wanted.len(), slots: tiles.capacity() };
         let mut rec = Recorder::new(gpu);
         let made = tiles.make(&mut rec, spine, eye, wanted.iter().copied(), budget);
         if made.waiting > 0 {
@@ -517,16 +534,16 @@ impl Background {
             let face = &laying.faces[laying.face];
             let end = laying.drawn.saturating_add(budget - spent).min(face.len());
             let part = face[laying.drawn..end].iter();
-            let views: Vec<_> =
-                part.filter_map(|leaf| painter.view(tiles, eye, &laying.lattice, leaf)).collect();
+            let views = part.map(|leaf| painter.view(tiles, eye, &laying.lattice, leaf));
+            let views = views.collect::<Option<Vec<_>>>().ok_or_else(|| too_few(tiles))?;
             let size = self.canvas.size();
             stage.look(&mut rec, size, &face_camera(laying.face, size[0]));
             let load = if laying.drawn == 0 { Load::Clear([0.0; 4]) } else { Load::Keep };
             painter.draw(&mut rec, (&self.canvas, load), stage, tiles, (&laying.lattice, NEAR), &views)?;
-            // A face that shows nothing takes time, too.
-            spent += (end - laying.drawn).max(1);
+            spent += end - laying.drawn;
             laying.drawn = end;
             if end == face.len() {
+                spent += self.cost_of_a_face();
                 self.lay(&mut rec, job, laying.face);
                 (laying.face, laying.drawn) = (laying.face + 1, 0);
             }
@@ -548,6 +565,9 @@ impl Background {
 
 /// Most calls that a background is made in: the rest of the time until it is needed is for those that are needed soon after.
 const CALLS: usize = 64;
+
+/// Laying so many texels of a face takes as long as drawing a tile.
+const TEXELS_A_TILE: usize = 8192;
 
 /// Whether a background shows these layers, and behind them none but such as are behind them all.
 fn shows(kept: &[Key], keys: &[Key]) -> bool {

@@ -34,7 +34,10 @@ pub fn picture(settings: &Settings, film: &Film, sky: &Sky) -> Vec<Memory> {
         Memory { name: "samples", bytes: samples * (16 + 4) },
         // And their copy for the host.
         Memory { name: "pixels", bytes: pixels * 2 * 16 },
+        // And their copy on its way; less than half of all tiles are.
         Memory { name: "tiles in view", bytes: u64::from(settings.slots) * size_of::<TileView>() as u64 },
+        // On their way, too: jobs, seeds, indices.
+        Memory { name: "tiles in the making", bytes: 1 << 22 },
         panorama_memory(sky),
     ]
 }

@@ -154,13 +154,17 @@ impl Painter {
         Ok(())
     }
 
-    /// What the device has to know of a leaf. `None` if its tile is not there.
+    /// What the device has to know of a leaf. `None` if its tile or one that it is compared with is not there.
     pub fn view(&self, tiles: &Tiles, place: &Place, lattice: &Lattice, leaf: &Leaf) -> Option<TileView> {
         let Leaf { cell, borders, .. } = *leaf;
         let slot = tiles.slot(cell)?;
         let level = cell.level + self.bits;
-        let parent = place.parent(cell).and_then(|parent| Some((parent, tiles.slot(parent)?)));
-        let own = self.source(tiles, place, cell, slot);
+        let parent = place.parent(cell);
+        let own = self.source(tiles, place, cell, slot)?;
+        let before = match parent {
+            Some(parent) => self.source(tiles, place, parent, tiles.slot(parent)?)?,
+            None => own,
+        };
         let first = |coordinate: u64| {
             let first = coordinate << self.bits;
             [first as u32, (first >> 32) as u32]
@@ -168,7 +172,7 @@ impl Painter {
         Some(TileView {
             origin: lattice.origin(cell, slot.base, self.bits),
             own,
-            parent: parent.map_or(own, |(parent, slot)| self.source(tiles, place, parent, slot)),
+            parent: before,
             quarter: [cell.x, cell.z].map(|coordinate| (coordinate & 1) as u32),
             shift: lattice.level - level,
             height_shift: lattice.height_shift(level),
@@ -181,27 +185,25 @@ impl Painter {
         })
     }
 
-    /// A tile, and the one that its heights are compared with.
-    fn source(&self, tiles: &Tiles, place: &Place, cell: Cell, slot: Slot) -> TileSource {
+    /// A tile, and the one that its heights are compared with. `None` if that is not there.
+    fn source(&self, tiles: &Tiles, place: &Place, cell: Cell, slot: Slot) -> Option<TileSource> {
         let level = cell.level + self.bits;
         let unit = |levels: u32| 1.0 / (AMPLITUDE << levels) as f32;
         if cell.level < RELIEF_LEVELS {
-            // With the datum.
+            // With the datum, from which all octaves together are at most two amplitudes of the first.
             let (rise, relief) = (slot.base as i32, unit(level + 1));
-            return TileSource { slot: slot.index, reference: NO_SLOT, first: [0; 2], rise, relief };
+            return Some(TileSource { slot: slot.index, reference: NO_SLOT, first: [0; 2], rise, relief });
         }
         let reference = (0..RELIEF_LEVELS).try_fold(cell, |cell, _| place.parent(cell));
-        let Some(coarse) = reference.and_then(|cell| tiles.slot(cell)) else {
-            return TileSource { slot: slot.index, reference: NO_SLOT, first: [0; 2], rise: 0, relief: 0.0 };
-        };
+        let coarse = tiles.slot(reference?)?;
         let first = |coordinate: u64| ((coordinate % (1 << RELIEF_LEVELS)) << self.bits) as u32;
-        TileSource {
+        Some(TileSource {
             slot: slot.index,
             reference: coarse.index,
             first: [first(cell.x), first(cell.z)],
             rise: slot.base.wrapping_sub(coarse.base << RELIEF_LEVELS) as i32,
             relief: unit(RELIEF_LEVELS),
-        }
+        })
     }
 }
 

@@ -308,8 +308,9 @@ impl Renderer {
         let frustum = Frustum::new(camera);
         // What is near first: it hides the rest.
         let seen = leaves.iter().rev().filter(|leaf| frustum.has(tree, leaf));
-        let views: Vec<_> =
-            seen.filter_map(|leaf| self.painter.view(&self.tiles, &view.place, &lattice, leaf)).collect();
+        let views = seen.map(|leaf| self.painter.view(&self.tiles, &view.place, &lattice, leaf));
+        let missing = Error::Slots { needed: selection.wanted.len(), slots: self.settings.slots };
+        let views = views.collect::<Option<Vec<_>>>().ok_or(missing)?;
         let near = libm::exp2(libm::log2(altitude.cells).floor()) as f32 / 4.0;
         self.stage.look(rec, self.canvas.size(), camera);
         let target = (&self.canvas, Load::Clear([0.0; 4]));
@@ -366,7 +367,7 @@ impl Ahead {
     /// Prepares what is behind the frames after the first of `frames`, at most so many, and does a share of the work.
     ///
     /// # Errors
-    /// As [`Renderer::render`], and those of `view`.
+    /// Those of `view` and of the device.
     pub fn look<E: From<Error>>(
         &mut self,
         renderer: &mut Renderer,
@@ -379,12 +380,17 @@ impl Ahead {
         let last = end.min(now.saturating_add(most).saturating_add(1)).min(self.next + LOOKS);
         while self.next < last {
             let view = view(renderer.spine(), self.next)?;
-            if !renderer.prepare(&view, (self.next - now) as usize)? {
-                break;
+            match renderer.prepare(&view, (self.next - now) as usize) {
+                Ok(true) => self.next += 1,
+                Err(Error::Gpu(error)) => return Err(Error::Gpu(error).into()),
+                // A view that can't be shown says so when it is its turn.
+                Ok(false) | Err(_) => break,
             }
-            self.next += 1;
         }
-        Ok(renderer.work()?)
+        match renderer.work() {
+            Err(Error::Gpu(error)) => Err(Error::Gpu(error).into()),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -81,6 +81,9 @@ const MOST_DIGITS: u32 = DEEPEST + 128;
 /// Letters of the longest code: 3 bits a level, and less than 600 bits besides.
 pub const MOST_LETTERS: usize = MOST_DIGITS as usize * 3 / 6 + 100;
 
+/// Bits of the whole part of the farthest place: beyond, differences to it would not have room in 64 bits.
+const FARTHEST_BITS: u32 = 41;
+
 /// Least and greatest field of view: 1° and 179°.
 const FOV: std::ops::RangeInclusive<u16> = 183..=32585;
 
@@ -182,7 +185,7 @@ impl Location {
         }
         let mut number = || -> Result<Fixed, CodeError> {
             let length = bits.take(WHOLE_BITS)? as u32;
-            if length > 64 {
+            if length > FARTHEST_BITS {
                 return Err(CodeError::Impossible("a place beyond the world's end"));
             }
             let whole = extend_sign(bits.take(length)?, length);

@@ -78,15 +78,15 @@ impl Job<'_> {
             interrupt::check(&session.report)?;
             let location = way.at(renderer.spine(), self.on_the_way(number))?;
             let (picture, flown) = self.look(&mut renderer, &location, zoom)?;
+            let flown = Flown { gpu_bytes: gpu.memory().used, ..flown };
+            let shot = self.shot(number);
+            let written = self.write(&shot, picture, session)?;
+            session.report.flown(shot.frame, &written, flown);
             let coming = |spine: &mut Spine, frame| {
                 let location = way.at(spine, self.on_the_way(frame))?;
                 Ok::<_, Error>(View::of(&location))
             };
             ahead.look(&mut renderer, number..self.shots.end, frames_ahead, coming)?;
-            let flown = Flown { gpu_bytes: gpu.memory().used, ..flown };
-            let shot = self.shot(number);
-            let written = self.write(&shot, picture, session)?;
-            session.report.flown(shot.frame, &written, flown);
         }
         session.progress.show("frames", self.shots.len() as u64, self.shots.len() as u64);
         session.progress.end();
