@@ -6,6 +6,7 @@ use glam::DVec3;
 use std::collections::HashSet;
 use terrane::{
     core::camera::direction,
+    gpu::Gpu,
     scene::{Film, Light, Picture, Sky, Sun, ToneMap},
     sky::preetham,
     zoom::{
@@ -58,8 +59,8 @@ fn at_sunset(view: View) -> (Light, View) {
     (light, View { attitude: Attitude { yaw, pitch: 0, roll: 0 }, ..view })
 }
 
-fn renderer(settings: Settings, light: &Light, seed: u32) -> Renderer {
-    Renderer::new(&kit::gpu(), surface(seed), settings, light, &FILM).unwrap()
+fn renderer(gpu: &Gpu, settings: Settings, light: &Light, seed: u32) -> Renderer {
+    Renderer::new(gpu, surface(seed), settings, light, &FILM).unwrap()
 }
 
 fn shot(renderer: &mut Renderer, view: &View) -> Picture {
@@ -122,13 +123,14 @@ fn layers_are_seen_where_they_are() {
 /// Where whole numbers have the digits for it, a picture without layers is what one with layers should be.
 #[test]
 fn a_background_is_what_tiles_would_show() {
+    let gpu = kit::gpu();
     let light = light();
     let all = Settings { layers: None, ..SETTINGS };
     let mut differ = 0;
     for (seed, depth) in [(1, 23), (2, 26), (3, 29), (4, 30)] {
         let view = steered(surface(seed), Depth::level(depth));
-        let expected = shot(&mut renderer(all, &light, seed), &view);
-        let found = shot(&mut renderer(Settings { face: 640, ..SETTINGS }, &light, seed), &view);
+        let expected = shot(&mut renderer(&gpu, all, &light, seed), &view);
+        let found = shot(&mut renderer(&gpu, Settings { face: 640, ..SETTINGS }, &light, seed), &view);
         // Of both, as they are developed: outlines are not as sharp in a background, that is all.
         let [expected, found] = [expected, found].map(|picture| picture.developed(ToneMap::Filmic));
         let apart: Vec<u8> = expected.iter().zip(&found).map(|(a, b)| a.abs_diff(*b)).collect();
@@ -145,16 +147,17 @@ fn a_background_is_what_tiles_would_show() {
 /// Haze hides whatever is below the last layer that counts.
 #[test]
 fn more_layers_do_not_show() {
+    let gpu = kit::gpu();
     let mut seen = 0;
     for (seed, octaves) in [(4, 64), (5, 30), (6, 64), (7, 64)] {
         let layers = background::layers(octaves);
         let settings = Settings { octaves, layers: Some(layers), ..SETTINGS };
         let (light, view) = at_sunset(steered(surface(seed), Depth(150 << 16 | 17_000)));
-        let enough = shot(&mut renderer(settings, &light, seed), &view);
+        let enough = shot(&mut renderer(&gpu, settings, &light, seed), &view);
         let more = Settings { layers: Some(2 * layers + 2), ..settings };
-        assert!(shot(&mut renderer(more, &light, seed), &view) == enough);
+        assert!(shot(&mut renderer(&gpu, more, &light, seed), &view) == enough);
         let less = Settings { layers: Some(1), ..settings };
-        seen += usize::from(shot(&mut renderer(less, &light, seed), &view) != enough);
+        seen += usize::from(shot(&mut renderer(&gpu, less, &light, seed), &view) != enough);
     }
     // Those beyond the first do.
     assert!(seen > 0);
@@ -163,14 +166,15 @@ fn more_layers_do_not_show() {
 /// A background is the same whether it is made at once, a few tiles at a time, or over one that was there.
 #[test]
 fn how_a_background_was_made_does_not_show() {
+    let gpu = kit::gpu();
     let at = |depth: u64| at_sunset(steered(surface(6), Depth(depth << 12))).1;
     let last = at(80 * 16);
     let (light, _) = at_sunset(last.clone());
     // Few layers, so that some are below those that count.
     const SETTINGS: Settings = Settings { octaves: 22, layers: Some(2), ..self::SETTINGS };
-    let expected = shot(&mut renderer(SETTINGS, &light, 6), &last);
+    let expected = shot(&mut renderer(&gpu, SETTINGS, &light, 6), &last);
     for calls in [8, 60] {
-        let mut sliced = renderer(SETTINGS, &light, 6);
+        let mut sliced = renderer(&gpu, SETTINGS, &light, 6);
         let mut made = 0;
         while !sliced.prepare(&last, calls).unwrap() {
             sliced.work().unwrap();
@@ -181,7 +185,7 @@ fn how_a_background_was_made_does_not_show() {
         assert!(shot(&mut sliced, &last) == expected, "{calls} calls");
     }
     // On the way, with views prepared that lie ahead, and with what is kept thrown away now and then.
-    let mut flown = renderer(SETTINGS, &light, 6);
+    let mut flown = renderer(&gpu, SETTINGS, &light, 6);
     let way = 60 * 16..=80 * 16;
     for depth in way.clone().step_by(4) {
         flown.prepare(&at((depth + 32).min(*way.end())), 8).unwrap();
@@ -200,6 +204,7 @@ fn how_a_background_was_made_does_not_show() {
 /// straight ahead.
 #[test]
 fn nothing_shows_between_layers() {
+    let gpu = kit::gpu();
     let above = direction(0.0, 1.45);
     let sun = Sun { direction: above, irradiance: [0.0, 90_000.0, 0.0], diameter: 0.0093 };
     let light = Light {
@@ -212,7 +217,7 @@ fn nothing_shows_between_layers() {
     for seed in 0..8 {
         // No haze.
         let settings = Settings { octaves: 1000, layers: Some(20), ..SETTINGS };
-        let mut renderer = renderer(settings, &light, seed);
+        let mut renderer = renderer(&gpu, settings, &light, seed);
         for depth in [15u64, 20, 22, 29, 60] {
             let view = steered(surface(seed), Depth(depth << 16 | u64::from(seed) << 12));
             let view = View { fov: 2.0, ..view };

@@ -84,13 +84,18 @@ fn holes_ahead(ranges: &[f32]) -> usize {
         .sum()
 }
 
-/// Looks around at so many places, half of them steered, for each of three seeds.
+/// Looks around at so many places, half of them steered, on each of three surfaces.
 fn no_holes(places: u32) {
     let gpu = kit::gpu();
     let mut words = Words(4);
     let (mut looked_at, mut ground) = (0, 0);
-    for seed in 0..3 {
-        let surface = surface(seed);
+    let kinds = [
+        (Refinement::Triangles, Roughness::Quarter),
+        (Refinement::Triangles, Roughness::Half),
+        (Refinement::Bilinear, Roughness::Quarter),
+    ];
+    for (seed, (refinement, roughness)) in (0..).zip(kinds) {
+        let surface = Surface { seed, refinement, roughness };
         let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
         for index in 0..places {
             let level = words.next() % 60;
@@ -268,7 +273,8 @@ fn in_and_out(seed: u32, first: u32, levels: u32, octaves: u32) {
     let film = Film { width: 64, height: 36, ..FILM };
     let surface = surface(seed);
     let settings = Settings { octaves, layers: Some(background::layers(octaves)), face: 64, ..SETTINGS };
-    let mut renderer = Renderer::new(&kit::gpu(), surface, settings, &light(), &film).unwrap();
+    let gpu = kit::gpu();
+    let mut renderer = Renderer::new(&gpu, surface, settings, &light(), &film).unwrap();
     let mut autopilot = Autopilot::new(surface);
     let last = 2 * levels - 1;
     let mut view = |spine: &mut Spine, frame: u32| {

@@ -41,8 +41,8 @@ pub const KEPT: usize = 3;
 /// Cells of level 0 around the place that there are tiles for.
 const PLAIN: i64 = 16;
 
-/// Octaves that the plain's end is away from its middle.
-pub(super) const PLAIN_OCTAVES: f64 = 3.906_890_595_608_519; // log₂ 15: the place may be at its cell's border
+/// Octaves that the plain's end is away from the place, at least: log₂ 15, since the place may be at its cell's border.
+pub(super) const PLAIN_OCTAVES: f64 = 3.906_890_595_608_519;
 
 /// Layers that show through `octaves` of haze.
 pub fn layers(octaves: u32) -> u32 {
@@ -525,7 +525,7 @@ impl Background {
         if made.waiting > 0 {
             wait(rec, waited)?;
             return match made {
-                Made { tiles: 0, .. } => Err(Error::Slots { needed: wanted.len(), slots: tiles.capacity() }),
+                Made { tiles: 0, .. } => Err(too_few(tiles)),
                 Made { tiles, .. } => Ok(tiles),
             };
         }
