@@ -89,13 +89,18 @@ fn no_holes(places: u32) {
     let gpu = kit::gpu();
     let mut words = Words(4);
     let (mut looked_at, mut ground) = (0, 0);
-    let kinds = [Refinement::Triangles, Refinement::Bilinear, Refinement::Triangles];
-    for (seed, refinement) in (0..).zip(kinds) {
-        let surface = Surface { refinement, ..surface(seed) };
+    let kinds = [
+        (Refinement::Triangles, Roughness::Quarter),
+        (Refinement::Triangles, Roughness::Half),
+        (Refinement::Bilinear, Roughness::Quarter),
+    ];
+    for (seed, (refinement, roughness)) in (0..).zip(kinds) {
+        let surface = Surface { seed, refinement, roughness };
         let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
         for index in 0..places {
             let level = words.next() % 60;
-            let is_steered = index % 2 == 0;
+            // At random places rough surfaces are cliffs, past which one looks down far.
+            let is_steered = index % 2 == 0 || roughness == Roughness::Half;
             let place = if is_steered {
                 steered(surface, Depth(u64::from(level) << 16 | u64::from(words.next() % 65_536))).place
             } else {

@@ -100,7 +100,8 @@ impl Painter {
             color: &[Rgba32f::VK],
             depth: Depth::TestWrite,
             topology: Topology::Triangles,
-            cull: Cull::Back,
+            // Nothing below is seen. Triangles smaller than a pixel may turn over when devices round their corners, though, and culling them leaves holes.
+            cull: Cull::None,
             blend: Blend::None,
         };
         let pass = Raster::new(gpu, tile::Constants { bits }, &state)?;
