@@ -7,7 +7,7 @@
 
 use super::patches::{self, Prepared, top, values};
 use super::population::{Care, Crowd, Kept};
-use super::{Exposure, Lit, Overlay, Renderer, overlay};
+use super::{Exposure, Lit, Maps, Overlay, Renderer, overlay};
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
 use crate::gpu::{
@@ -355,6 +355,14 @@ impl Live {
             _ => self.drawing = None,
         }
         Ok(self.drawing.is_some())
+    }
+
+    /// The ground as maps, in the light as it is measured so far.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn maps(&self) -> gpu::Result<Maps> {
+        self.renderer.maps.draw(&self.gpu, &self.scene, &self.prepared, &self.light.exposure)
     }
 
     /// Time on the device of the picture drawn last and of what was lit since, by pass; empty where a device doesn't tell.

@@ -7,12 +7,13 @@ mod land;
 mod trace;
 mod zoom;
 
-pub use land::{Overlay, Process};
+pub use land::{Legend, Map, Overlay, Process};
 pub use zoom::{Course, Drawn};
 
 use super::camera::{Rig, Steering};
 use crate::app::{Error, Session, interrupt, progress::Progress, report::Report};
 use crate::gpu::{Gpu, Image, MessageLog, Usage, format::Rgba8};
+use crate::raster;
 use crate::terrain;
 use crate::world::World;
 use glam::Vec2;
@@ -114,6 +115,8 @@ pub enum WorldStatus {
         progress: terrain::Progress,
         playing: bool,
         off: Vec<Process>,
+        per_picture: u32,
+        legend: Option<Legend>,
         traced: Option<Traced>,
     },
     Zoom {
@@ -251,6 +254,8 @@ struct Studio {
     /// When steering was last acted on.
     steered: Instant,
     frames: Vec<Image<Rgba8>>,
+    /// Made when the first land is seen.
+    renderer: Option<Arc<raster::Renderer>>,
     timings: Vec<(&'static str, f32)>,
 }
 
@@ -291,6 +296,7 @@ impl Works {
             steering: Steering::default(),
             steered: Instant::now(),
             frames: Vec::new(),
+            renderer: None,
             timings: Vec::new(),
         };
         Works { studio, inbox, speaker, pending, stage: Stand::Empty, told: Instant::now() }
@@ -352,9 +358,6 @@ impl Works {
             Err(Error::Interrupted { .. }) => Ok(None),
             Err(error) if error.exit_code() == 5 => Err(error),
             Err(error) => {
-                if matches!(self.stage, Stand::Land(ref land) if land.is_hopeless()) {
-                    self.stage = Stand::Empty;
-                }
                 self.speaker.say(News::Failed(error.to_string()));
                 Ok(None)
             }
@@ -438,6 +441,15 @@ impl Studio {
         let seconds = self.steered.elapsed().as_secs_f32().min(0.5);
         self.steered = Instant::now();
         seconds
+    }
+
+    /// What land is drawn with.
+    fn renderer(&mut self) -> Result<Arc<raster::Renderer>, Error> {
+        let renderer = match self.renderer.take() {
+            Some(renderer) => renderer,
+            None => Arc::new(raster::Renderer::new(&self.gpu)?),
+        };
+        Ok(self.renderer.insert(renderer).clone())
     }
 
     /// An image for a picture, which nobody looks at.
