@@ -148,7 +148,13 @@ impl Section for SpeciesFile {
 
     fn keys() -> Vec<Key> {
         let about = "Version of the format, 1.";
-        let format = Key { name: "format", about, default: Format.default(), shape: Format.shape() };
+        let format = Key {
+            name: "format",
+            about,
+            default: Format.default(),
+            start: Format.start(),
+            shape: Format.shape(),
+        };
         std::iter::once(format).chain(Species::keys()).collect()
     }
 

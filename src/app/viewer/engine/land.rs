@@ -1,7 +1,7 @@
 //! Land on the stage: it is simulated, looked at, planted and traced.
 
 use super::trace::{Ended, Trace};
-use super::{Command, Frame, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
+use super::{Command, Frame, News, Pose, Slice, Speaker, Status, Studio, Traced, WorldStatus};
 use crate::app::viewer::camera::Rig;
 use crate::app::{
     Error, interrupt,
@@ -373,7 +373,7 @@ impl Land {
             self.simulate(studio, self.per_picture)?;
         }
         if self.simulation.progress().finished && self.population.is_none() {
-            self.plant(studio)?;
+            self.plant(studio, speaker)?;
         }
         let worked = self.look(studio, speaker, runs || steered)?;
         Ok(if worked || runs || steered { Slice::Worked } else { Slice::Idle })
@@ -418,6 +418,8 @@ impl Land {
                 self.drawn = *comes_to;
             }
             self.drawing = None;
+            let passes = self.live.timings().iter();
+            studio.passes = passes.map(|pass| (pass.name, 1e3 * pass.duration.as_secs_f32())).collect();
             return Ok(true);
         }
         if stale && (!moves || self.begun.elapsed() >= CHANGING || !self.changed) {
@@ -514,9 +516,15 @@ impl Land {
     }
 
     /// Plants what grows on the finished land.
-    fn plant(&mut self, studio: &mut Studio) -> Result<(), Error> {
+    fn plant(&mut self, studio: &mut Studio, speaker: &Speaker) -> Result<(), Error> {
         // Whatever comes of it, it isn't tried again.
         self.population = Some(Population::default());
+        if self.world.plants.rules.is_empty() && self.world.plants.standing.is_empty() {
+            return Ok(());
+        }
+        let work = Some(("growing and planting".into(), 0, 0));
+        let status = Status { world: self.status(), work, ..super::status(studio, (0, 0)) };
+        speaker.say(News::Status(Box::new(status)));
         let camera = land::camera(&studio.gpu, &self.world, &self.simulation)?;
         let film = self.film(studio.size);
         let begun = Instant::now();
@@ -540,16 +548,17 @@ impl Land {
     }
 
     pub fn status(&self) -> WorldStatus {
-        self.status_with(self.trace.traced)
+        self.status_with(false, self.trace.traced)
     }
 
-    pub fn status_with(&self, traced: Option<Traced>) -> WorldStatus {
+    pub fn status_with(&self, tracing: bool, traced: Option<Traced>) -> WorldStatus {
         WorldStatus::Land {
             rig: self.rig,
             progress: self.simulation.progress(),
             playing: self.playing,
             off: self.off.clone(),
             per_picture: self.per_picture,
+            tracing,
             legend: self.shown.as_ref().map(|(_, legend)| *legend),
             traced,
         }

@@ -101,6 +101,8 @@ pub struct Status {
     pub work: Option<(String, u64, u64)>,
     /// Milliseconds of the last of each kind of work.
     pub timings: Vec<(&'static str, f32)>,
+    /// Milliseconds that the device needed for the passes of the last picture.
+    pub passes: Vec<(&'static str, f32)>,
     pub memory: Usage,
     pub plants: usize,
     pub triangles: u64,
@@ -117,6 +119,7 @@ pub enum WorldStatus {
         off: Vec<Process>,
         per_picture: u32,
         legend: Option<Legend>,
+        tracing: bool,
         traced: Option<Traced>,
     },
     Zoom {
@@ -124,6 +127,8 @@ pub enum WorldStatus {
         level: u32,
         /// To the surface, cells of the level.
         cells: f64,
+        /// Of the ground below, radians.
+        slope: f64,
         code: String,
         course: Course,
         drawn: Drawn,
@@ -140,12 +145,8 @@ pub struct Traced {
     pub noise: Option<f64>,
     /// A second.
     pub rate: f64,
-}
-
-impl Default for Rig {
-    fn default() -> Self {
-        Rig { eye: glam::Vec3::ZERO, azimuth: 0.0, elevation: 0.0, roll: 0.0 }
-    }
+    /// Seconds until all are there.
+    pub left: f64,
 }
 
 /// The window's end.
@@ -257,6 +258,7 @@ struct Studio {
     /// Made when the first land is seen.
     renderer: Option<Arc<raster::Renderer>>,
     timings: Vec<(&'static str, f32)>,
+    passes: Vec<(&'static str, f32)>,
 }
 
 /// The thread's end.
@@ -298,6 +300,7 @@ impl Works {
             frames: Vec::new(),
             renderer: None,
             timings: Vec::new(),
+            passes: Vec::new(),
         };
         Works { studio, inbox, speaker, pending, stage: Stand::Empty, told: Instant::now() }
     }
@@ -372,6 +375,11 @@ impl Works {
                 // Its memory is needed for the next.
                 *stage = Stand::Empty;
                 studio.timings.clear();
+                studio.passes.clear();
+                if studio.renderer.is_none() && world.zoom.is_none() {
+                    let work = Some(("preparing programs for the device".into(), 0, 0));
+                    speaker.say(News::Status(Box::new(Status { work, ..Status::default() })));
+                }
                 *stage = match &world.zoom {
                     Some(_) => Stand::Zoom(Box::new(Zoom::new(studio, &world)?)),
                     None => Stand::Land(Box::new(Land::new(studio, &world)?)),
@@ -480,6 +488,7 @@ fn status(studio: &Studio, (plants, triangles): (usize, u64)) -> Status {
         world: WorldStatus::None,
         work: None,
         timings: studio.timings.clone(),
+        passes: studio.passes.clone(),
         memory: studio.gpu.memory(),
         plants,
         triangles,

@@ -90,15 +90,14 @@ impl Trace {
             let is_time = looked.is_none_or(|since: Instant| since.elapsed() >= LOOKS);
             if (all && is_time) || !more {
                 let (each, gathered) = tracing.sums().progress();
-                self.traced = Some(Traced {
-                    samples: each,
-                    of: samples,
-                    noise: tracing.sums().noise(),
-                    rate: (gathered - before) as f64 / begun.elapsed().as_secs_f64(),
-                });
+                let rate = (gathered - before) as f64 / begun.elapsed().as_secs_f64();
+                let pixels = f64::from(film.width) * f64::from(film.height);
+                let left = (f64::from(samples) - each).max(0.0) * pixels / rate.max(1.0);
+                let noise = tracing.sums().noise();
+                self.traced = Some(Traced { samples: each, of: samples, noise, rate, left });
                 let image = show(studio, &tracing.sums().picture(), &film)?;
                 speaker.say(News::Frame(Frame { image, scale: 1.0 }));
-                let status = Status { world: land.status_with(self.traced), ..super::status(studio, land.counts()) };
+                let status = Status { world: land.status_with(more, self.traced), ..super::status(studio, land.counts()) };
                 speaker.say(News::Status(Box::new(status)));
                 looked = Some(Instant::now());
             }
@@ -114,7 +113,7 @@ impl Trace {
 
 fn busy(land: &Land, studio: &Studio, what: &str) -> Status {
     Status {
-        world: land.status(),
+        world: land.status_with(true, None),
         work: Some((what.into(), 0, 0)),
         ..super::status(studio, land.counts())
     }

@@ -1,0 +1,104 @@
+//! The page that explains keys and numbers.
+
+use super::super::keys::{Group, TABLE};
+use egui::{Grid, RichText, ScrollArea, Ui};
+
+/// A number that the viewer shows, or a name of such.
+struct Entry {
+    name: &'static str,
+    text: &'static str,
+}
+
+const fn entry(name: &'static str, text: &'static str) -> Entry {
+    Entry { name, text }
+}
+
+/// What the numbers of the panels are.
+const NUMBERS: &[(&str, &[Entry])] = &[
+    (
+        "Frame",
+        &[
+            entry("frame", "time from one picture to the next, and how much of it the processor was at work"),
+            entry("GPU", "time that the device took for a pass, between two time stamps"),
+            entry("CPU", "time that the program took to record a pass or to prepare it"),
+            entry("memory", "device memory by name, and the budget that `--memory-limit` sets"),
+            entry("triangles", "sent to the device in the last picture, before what lies outside is left out"),
+        ],
+    ),
+    (
+        "Simulation",
+        &[
+            entry("stage", "what happens now: base, settling, erosion, sea bed, reef"),
+            entry("iteration", "of the stage, and how many it takes"),
+            entry("a frame", "iterations between two pictures; fewer when a picture must not wait"),
+        ],
+    ),
+    (
+        "Path tracer",
+        &[
+            entry("samples", "paths for each pixel so far, and how many are asked for"),
+            entry("noise", "error of a pixel's lightness that is still expected, as a share"),
+            entry("left", "time until all samples are there, at the present speed"),
+        ],
+    ),
+    (
+        "Endless zoom",
+        &[
+            entry("depth", "octaves from the surface as a whole: each halves all lengths"),
+            entry("altitude", "distance to the ground below, in cells of the coarsest lattice"),
+            entry("slope", "of the ground below"),
+            entry("location", "a code of the place, exact at any depth: to copy and to paste"),
+            entry("tiles", "in view, and kept by the device"),
+        ],
+    ),
+];
+
+/// Shows the page.
+pub fn show(ui: &mut Ui) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.heading("Keys and mouse");
+        for group in Group::ALL {
+            table(ui, group.name(), TABLE.iter().filter(|row| row.group == group).map(|row| (row.keys(), row.text)));
+        }
+        ui.add_space(8.0);
+        ui.heading("Numbers");
+        for (name, entries) in NUMBERS {
+            table(ui, name, entries.iter().map(|entry| (entry.name.to_string(), entry.text)));
+        }
+    });
+}
+
+fn table(ui: &mut Ui, name: &str, rows: impl Iterator<Item = (String, &'static str)>) {
+    ui.add_space(6.0);
+    ui.label(RichText::new(name).strong());
+    let left = 110.0;
+    Grid::new(name).num_columns(2).min_col_width(left).show(ui, |ui| {
+        let right = (ui.available_width() - left - 2.0 * ui.spacing().item_spacing.x).max(100.0);
+        for (key, text) in rows {
+            ui.label(RichText::new(key).monospace().color(ui.visuals().hyperlink_color));
+            ui.vertical(|ui| {
+                ui.set_max_width(right);
+                ui.add(egui::Label::new(text).wrap());
+            });
+            ui.end_row();
+        }
+    });
+}
+
+/// The tables as Markdown, for the manual.
+pub fn markdown() -> String {
+    let mut page = String::new();
+    for group in Group::ALL {
+        page += &format!("\n### {}\n\n| key | what it does |\n|---|---|\n", group.name());
+        for row in TABLE.iter().filter(|row| row.group == group) {
+            page += &format!("| {} | {} |\n", row.keys(), row.text);
+        }
+    }
+    for (name, entries) in NUMBERS {
+        page += &format!("\n### {name}\n\n| number | what it is |\n|---|---|\n");
+        for entry in *entries {
+            page += &format!("| {} | {} |\n", entry.name, entry.text);
+        }
+    }
+    page
+}
