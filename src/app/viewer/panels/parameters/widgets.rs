@@ -213,7 +213,8 @@ impl Scale {
             return if from > 0.0 && to / from > 100.0 { Scale::Log([from, to]) } else { Scale::Linear([from, to]) };
         }
         let default = default.unwrap_or(0.0);
-        if most - least <= 1000.0 && !(least > 0.0 && most / least > 100.0) {
+        let is_far = least >= 0.0 && default > 0.0 && most > 20.0 * default;
+        if most - least <= 1000.0 && !is_far && !(least > 0.0 && most / least > 100.0) {
             return Scale::Linear([least, most]);
         }
         if is_whole && most - least > 1e6 {
@@ -311,9 +312,12 @@ fn hex([r, g, b]: [u8; 3]) -> String {
 pub fn text_field(ui: &mut Ui, path: &KeyPath, current: &str, hint: &str, long: bool) -> Option<String> {
     let id = Id::new(("text", path.to_string()));
     let mut text = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| current.into());
-    let field = if long { TextEdit::multiline(&mut text).code_editor() } else { TextEdit::singleline(&mut text) };
-    let rows = current.lines().count().clamp(2, 14);
-    let field = field.id(id).desired_width(ui.available_width()).desired_rows(rows).hint_text(hint.to_string());
+    let field = if long {
+        TextEdit::multiline(&mut text).code_editor().desired_rows(current.lines().count().clamp(2, 14))
+    } else {
+        TextEdit::singleline(&mut text)
+    };
+    let field = field.id(id).desired_width(ui.available_width()).hint_text(hint.to_string());
     let response: Response = ui.add(field);
     if response.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, text));
