@@ -72,8 +72,9 @@ pub enum Error {
 }
 
 /// What became of the file meanwhile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnDisk {
+    #[default]
     Same,
     Changed,
     Gone,

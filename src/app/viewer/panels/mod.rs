@@ -3,4 +3,8 @@
 pub mod export;
 pub mod files;
 pub mod help;
+pub mod land;
 pub mod parameters;
+pub mod timings;
+pub mod welcome;
+pub mod zoom;

@@ -1,6 +1,6 @@
 //! Keys that have keys of their own: tables, one of several things, lists, tables of names. Each is a heading that folds.
 
-use super::widgets::{explained, text_field};
+use super::widgets::{POPUP, explained, text_field};
 use super::{Entry, Panel, help, is_section, title};
 use crate::world::schema::{Alternative, Key, Names, REQUIRED, Shape, Table};
 use crate::world::{Edit, KeyPath, array_len};
@@ -148,11 +148,11 @@ impl Panel<'_> {
         let Some(current) = current(alternatives, item) else { return };
         let combo = ComboBox::from_id_salt("kind").width(width).selected_text(title(current.name)).truncate();
         let chosen = combo.show_ui(ui, |ui| {
-            ui.set_min_width(240.0);
+            ui.set_width(POPUP);
             let mut chosen = None;
             for other in alternatives {
                 let text = explained(ui, &title(other.name), first_sentence(other.about));
-                if ui.selectable_label(other.name == current.name, text).clicked() {
+                if ui.add(Button::selectable(other.name == current.name, text).wrap()).clicked() {
                     chosen = Some(other);
                 }
             }
