@@ -195,7 +195,7 @@ mod tests {
     #[test]
     fn damage_is_told_and_forgotten() {
         let folder = tempfile::tempdir().expect("a folder");
-        for damaged in ["", "{", "[]", "{\"recent\": 3}", "\u{0}\u{1}"] {
+        for damaged in ["", "{", "7", "{\"recent\": 3}", "\u{0}\u{1}"] {
             fs::write(folder.path().join(NAME), damaged).expect("it can be written");
             let (state, warning) = State::load(folder.path());
             assert_eq!(state, State::default(), "{damaged}");

@@ -3,7 +3,7 @@
 
 use egui::epaint::Shadow;
 use egui::style::{ScrollStyle, Selection, TextCursorStyle, WidgetVisuals, Widgets};
-use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Visuals, vec2};
+use egui::{Color32, CornerRadius, FontDefinitions, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Visuals, vec2};
 
 /// Behind text that can be edited.
 const WELL: Color32 = Color32::from_rgb(0x12, 0x14, 0x16);
@@ -27,8 +27,18 @@ pub const ROW: f32 = 20.0;
 
 /// Lets everything that egui shows look so.
 pub fn apply(context: &egui::Context) {
+    context.set_fonts(fonts());
     context.set_theme(Theme::Dark);
     context.set_style_of(Theme::Dark, style());
+}
+
+/// Those that egui brings. Arrows and `⁻¹` are in the one of equal widths only.
+fn fonts() -> FontDefinitions {
+    let mut fonts = FontDefinitions::default();
+    let equal = fonts.families.get(&FontFamily::Monospace).cloned().unwrap_or_default();
+    let proportional = fonts.families.entry(FontFamily::Proportional).or_default();
+    proportional.extend(equal.into_iter().filter(|name| !proportional.contains(name)).collect::<Vec<_>>());
+    fonts
 }
 
 fn style() -> Style {

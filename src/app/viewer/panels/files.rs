@@ -131,7 +131,7 @@ pub fn recent(ui: &mut Ui, state: &State) -> Option<Recent> {
             if !world.exists {
                 ui.weak("gone");
             }
-            if ui.add(Button::new("✖").frame(false)).on_hover_text("Forget it").clicked() {
+            if ui.add(Button::new("×").frame(false)).on_hover_text("Forget it").clicked() {
                 clicked = Some(Recent::Forget(world.path.into()));
             }
         });

@@ -1,7 +1,7 @@
 //! The page that explains keys and numbers.
 
 use super::super::keys::{Group, TABLE};
-use egui::{Grid, RichText, ScrollArea, Ui};
+use egui::{Align, Label, Layout, RichText, ScrollArea, Ui};
 
 /// A number that the viewer shows, or a name of such.
 struct Entry {
@@ -71,18 +71,16 @@ pub fn show(ui: &mut Ui) {
 fn table(ui: &mut Ui, name: &str, rows: impl Iterator<Item = (String, &'static str)>) {
     ui.add_space(6.0);
     ui.label(RichText::new(name).strong());
-    let left = 110.0;
-    Grid::new(name).num_columns(2).min_col_width(left).show(ui, |ui| {
-        let right = (ui.available_width() - left - 2.0 * ui.spacing().item_spacing.x).max(100.0);
-        for (key, text) in rows {
-            ui.label(RichText::new(key).monospace().color(ui.visuals().hyperlink_color));
-            ui.vertical(|ui| {
-                ui.set_max_width(right);
-                ui.add(egui::Label::new(text).wrap());
+    for (key, text) in rows {
+        ui.horizontal_top(|ui| {
+            let size = egui::vec2(120.0, ui.spacing().interact_size.y);
+            ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Min), |ui| {
+                ui.set_min_width(size.x);
+                ui.add(Label::new(RichText::new(key).monospace().color(ui.visuals().hyperlink_color)));
             });
-            ui.end_row();
-        }
-    });
+            ui.add(Label::new(text).wrap());
+        });
+    }
 }
 
 /// The tables as Markdown, for the manual.

@@ -1,8 +1,8 @@
 //! Keys that have keys of their own: tables, one of several things, lists, tables of names. Each is a heading that folds.
 
-use super::widgets::{explained, text_field};
+use super::widgets::{POPUP, explained, text_field};
 use super::{Entry, Panel, help, is_section, title};
-use crate::world::schema::{Alternative, Key, Names, Shape, Table};
+use crate::world::schema::{Alternative, Key, Names, REQUIRED, Shape, Table};
 use crate::world::{Edit, KeyPath, array_len};
 use egui::{Align, Button, ComboBox, Frame, Id, Layout, Margin, RichText, Sense, Stroke, Ui, WidgetInfo, WidgetType, vec2};
 use toml_edit::{DocumentMut, InlineTable, Item, Value};
@@ -49,7 +49,8 @@ impl Panel<'_> {
                     panel.alternatives(ui, alternatives, item, path, width);
                 }
                 Shape::List { .. } | Shape::Named { .. } if !is_word => {
-                    let len = item.and_then(|item| array_len(item).or(Some(item.as_table_like()?.len())));
+                    let names = |item: &Item| item.as_table_like().map(|table| table.len());
+                    let len = item.and_then(|item| array_len(item).or_else(|| names(item)));
                     ui.weak(len.unwrap_or(0).to_string());
                 }
                 _ => {}
@@ -147,11 +148,11 @@ impl Panel<'_> {
         let Some(current) = current(alternatives, item) else { return };
         let combo = ComboBox::from_id_salt("kind").width(width).selected_text(title(current.name)).truncate();
         let chosen = combo.show_ui(ui, |ui| {
-            ui.set_min_width(240.0);
+            ui.set_width(POPUP);
             let mut chosen = None;
             for other in alternatives {
                 let text = explained(ui, &title(other.name), first_sentence(other.about));
-                if ui.selectable_label(other.name == current.name, text).clicked() {
+                if ui.add(Button::selectable(other.name == current.name, text).wrap()).clicked() {
                     chosen = Some(other);
                 }
             }
@@ -175,7 +176,7 @@ impl Panel<'_> {
             let path = holder.path.join(index);
             let buttons = |panel: &mut Self, ui: &mut Ui| {
                 let list = holder.path.clone();
-                if len > least && icon(ui, "✖", "Remove it") {
+                if len > least && icon(ui, "×", "Remove it") {
                     panel.edits.push(Edit::Remove(list.join(index)));
                 }
                 if index + 1 < len && icon(ui, "⏷", "Move it down") {
@@ -204,7 +205,7 @@ impl Panel<'_> {
         for (name, item) in entries {
             let path = holder.path.join(name);
             let buttons = |panel: &mut Self, ui: &mut Ui| {
-                if icon(ui, "✖", "Remove it") {
+                if icon(ui, "×", "Remove it") {
                     panel.edits.push(Edit::Remove(path.clone()));
                 }
             };
@@ -452,10 +453,11 @@ fn add(ui: &mut Ui) -> bool {
     ui.add(Button::new("+ Add").small()).clicked()
 }
 
+/// Whether a click takes a whole section back: not where that would be to lose all of it.
 fn resettable(entry: &Entry) -> bool {
-    let shape = &entry.key.shape;
-    let has_whole_default = !matches!(shape, Shape::Table(_));
-    entry.written.is_some() && has_whole_default && entry.key.default != crate::world::schema::REQUIRED
+    let is_table = matches!(entry.key.shape, Shape::Table(_) | Shape::OrWord(..));
+    let is_empty = ["{}", "[]", REQUIRED].contains(&entry.key.default.as_str());
+    entry.written.is_some() && !is_table && !is_empty
 }
 
 /// The alternative that an item is; the first without one.
@@ -519,7 +521,7 @@ fn begin_draft(ui: &Ui, path: &KeyPath, value: Value) {
 
 /// Whether a table has keys that must be written.
 fn asks(table: &Table) -> bool {
-    table.keys.iter().any(|key| key.default.starts_with(crate::world::schema::REQUIRED))
+    table.keys.iter().any(|key| key.default.starts_with(REQUIRED))
 }
 
 /// Whether an item makes no world before more is written in it.
@@ -535,5 +537,5 @@ fn needs(shape: &Shape, item: &Item) -> bool {
 
 #[cfg(test)]
 pub(super) fn summary_of(text: &str) -> Option<String> {
-    parse_item(text).map(|item| summary(&item))
+    crate::world::schema::parse_item(text).map(|item| summary(&item))
 }

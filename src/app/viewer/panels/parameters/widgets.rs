@@ -5,9 +5,12 @@ use crate::core::color::srgb8_from_linear;
 use crate::world::schema::{Shape, Unit, digits, paragraph};
 use crate::world::{Edit, KeyPath};
 use egui::text::LayoutJob;
-use egui::{Color32, ComboBox, DragValue, FontSelection, Id, Key, Rect, Response, TextEdit, TextFormat, TextStyle, Ui};
+use egui::{Button, Color32, ComboBox, DragValue, FontSelection, Id, Key, Rect, Response, TextEdit, TextFormat, TextStyle, Ui};
 use std::ops::RangeInclusive;
 use toml_edit::{Array, Item, Value};
+
+/// Width of an open list of words, points.
+pub const POPUP: f32 = 250.0;
 
 /// Whether a key's widget needs a line of its own.
 pub fn is_wide(entry: &Entry) -> bool {
@@ -138,10 +141,10 @@ impl Panel<'_> {
 
 /// Words, each with its meaning, in an open list; returns the one that was clicked.
 pub fn choices<'a>(ui: &mut Ui, words: &[[&'a str; 2]], current: &str) -> Option<&'a str> {
-    ui.set_min_width(240.0);
+    ui.set_width(POPUP);
     let mut chosen = None;
     for [word, about] in words {
-        if ui.selectable_label(*word == current, explained(ui, word, about)).clicked() {
+        if ui.add(Button::selectable(*word == current, explained(ui, word, about)).wrap()).clicked() {
             chosen = Some(*word);
         }
     }
@@ -154,7 +157,6 @@ pub fn explained(ui: &Ui, word: &str, about: &str) -> LayoutJob {
         TextFormat::simple(FontSelection::from(style).resolve(ui.style()), color)
     };
     let mut job = LayoutJob::default();
-    job.wrap.max_width = 280.0;
     job.append(word, 0.0, format(TextStyle::Body, ui.visuals().text_color()));
     if !about.is_empty() {
         let about = format!("\n{}", paragraph(about));
@@ -213,7 +215,8 @@ impl Scale {
             return if from > 0.0 && to / from > 100.0 { Scale::Log([from, to]) } else { Scale::Linear([from, to]) };
         }
         let default = default.unwrap_or(0.0);
-        if most - least <= 1000.0 && !(least > 0.0 && most / least > 100.0) {
+        let is_far = least >= 0.0 && default > 0.0 && most > 20.0 * default;
+        if most - least <= 1000.0 && !is_far && !(least > 0.0 && most / least > 100.0) {
             return Scale::Linear([least, most]);
         }
         if is_whole && most - least > 1e6 {
@@ -311,9 +314,12 @@ fn hex([r, g, b]: [u8; 3]) -> String {
 pub fn text_field(ui: &mut Ui, path: &KeyPath, current: &str, hint: &str, long: bool) -> Option<String> {
     let id = Id::new(("text", path.to_string()));
     let mut text = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| current.into());
-    let field = if long { TextEdit::multiline(&mut text).code_editor() } else { TextEdit::singleline(&mut text) };
-    let rows = current.lines().count().clamp(2, 14);
-    let field = field.id(id).desired_width(ui.available_width()).desired_rows(rows).hint_text(hint.to_string());
+    let field = if long {
+        TextEdit::multiline(&mut text).code_editor().desired_rows(current.lines().count().clamp(2, 14))
+    } else {
+        TextEdit::singleline(&mut text)
+    };
+    let field = field.id(id).desired_width(ui.available_width()).hint_text(egui::RichText::new(hint).italics());
     let response: Response = ui.add(field);
     if response.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, text));
