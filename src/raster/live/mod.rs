@@ -9,7 +9,7 @@ mod parts;
 
 use super::patches::{self, Prepared, top, values};
 use super::population::{Care, Crowd, Kept};
-use super::{Exposure, Lit, Overlay, Renderer, overlay};
+use super::{Exposure, Lit, Maps, Overlay, Renderer, overlay};
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
 use crate::gpu::{
@@ -228,6 +228,18 @@ impl Live {
     pub fn stand(&self, camera: Camera, film: &Film) -> Pinhole {
         let scene = Scene { camera, population: Population::default(), ..self.scene.clone() };
         patches::camera(&scene, film, &self.bounds)
+    }
+
+    /// Slope, normal, and the weights of materials, as they are now, in the light that is there: for overlays.
+    ///
+    /// # Errors
+    /// No memory, or a lost device.
+    pub fn maps(&self) -> gpu::Result<Maps> {
+        let mut rec = self.recorder();
+        let frame = self.frame(&anywhere(), &NO_FILM, 1);
+        rec.upload(&self.prepared.frame, &[frame]);
+        rec.submit()?.wait()?;
+        self.renderer.maps.draw(&self.gpu, &self.scene, &self.prepared, &self.light.exposure)
     }
 
     /// Whether light is that of the scene as it is now.
