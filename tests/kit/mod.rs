@@ -11,6 +11,7 @@ pub mod island;
 pub mod land;
 pub mod picture;
 pub mod program;
+pub mod scenery;
 pub mod stage;
 pub mod tiff;
 

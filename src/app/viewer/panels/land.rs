@@ -2,7 +2,7 @@
 
 use super::super::engine::{Command, Legend, Map, Overlay, Section, Status, Traced, WorldStatus};
 use super::super::theme;
-use crate::raster::{MATERIALS, Scale, colour};
+use crate::raster::{MATERIALS, Scale, overlay_colour};
 use crate::terrain::{BrushKind, Kind, Progress, Stage};
 use crate::world::World;
 use egui_plot::{Line, Plot, PlotPoints, VLine};
@@ -107,7 +107,7 @@ fn legend(ui: &mut Ui, legend: &Legend) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 12.0), egui::Sense::hover());
     for part in 0..PARTS {
         let [from, to] = [part, part + 1].map(|at| rect.left() + rect.width() * at as f32 / PARTS as f32);
-        let [r, g, b] = colour((part as f32 + 0.5) / PARTS as f32);
+        let [r, g, b] = overlay_colour((part as f32 + 0.5) / PARTS as f32);
         let area = Rect::from_min_max(pos2(from, rect.top()), pos2(to + 0.5, rect.bottom()));
         ui.painter().rect_filled(area, 0.0, Color32::from_rgb(r, g, b));
     }
