@@ -3,6 +3,8 @@
 // Each test crate uses its own part of the kit.
 #![allow(dead_code)]
 
+#[cfg(feature = "viewer")]
+pub mod desktop;
 pub mod field;
 pub mod forest;
 pub mod island;

@@ -41,7 +41,15 @@ pub enum Wish {
 #[derive(Clone, Debug)]
 enum Next {
     Close,
+    New,
     Open(PathBuf),
+}
+
+/// What menus have and keys have not.
+enum Other {
+    New,
+    OpenFolder,
+    Pace(Pacing),
 }
 
 pub struct Desk {
@@ -80,6 +88,7 @@ pub struct Desk {
     /// log₂ of how much faster than usual it goes.
     speed: f32,
     looking: bool,
+    pacing: Pacing,
     over: bool,
     messages: Vec<(Instant, String, bool)>,
     heard: Instant,
@@ -133,6 +142,7 @@ impl Desk {
             steering: Steering::default(),
             speed: 0.0,
             looking: false,
+            pacing: Pacing::default(),
             over: false,
             messages: Vec::new(),
             heard: Instant::now(),
@@ -191,12 +201,21 @@ impl Desk {
         }
     }
 
-    /// Opens a world, or asks first what becomes of changes.
-    fn ask_to_open(&mut self, path: PathBuf) {
-        if self.document.as_ref().is_some_and(Document::is_dirty) {
-            self.next = Some(Next::Open(path));
-        } else {
-            self.open(&path);
+    /// Does what comes next, or asks first what becomes of changes.
+    fn ask_for(&mut self, next: Next) {
+        self.next = Some(next);
+        self.go_on();
+    }
+
+    fn do_next(&mut self) {
+        match self.next.take() {
+            Some(Next::Close) => self.over = true,
+            Some(Next::New) => match Document::untitled("untitled", "format = 1\n", Path::new("")) {
+                Ok(document) => self.take(document),
+                Err(error) => self.say(error.to_string(), true),
+            },
+            Some(Next::Open(path)) => self.open(&path),
+            None => {}
         }
     }
 
@@ -275,11 +294,7 @@ impl Desk {
 
     /// Closes, or asks first what becomes of changes.
     pub fn ask_to_close(&mut self) {
-        if self.document.as_ref().is_some_and(Document::is_dirty) {
-            self.next = Some(Next::Close);
-        } else {
-            self.over = true;
-        }
+        self.ask_for(Next::Close);
     }
 
     /// What changes there are, is kept for the next start.
@@ -386,8 +401,11 @@ impl Desk {
             Action::SaveAs => self.ask_where_to_save(),
             Action::Reload => self.reload(),
             Action::Export => self.open_form(),
-            Action::Undo => drop(self.document.as_mut().map(Document::undo)),
-            Action::Redo => drop(self.document.as_mut().map(Document::redo)),
+            Action::Undo | Action::Redo => {
+                let Some(document) = &mut self.document else { return };
+                let what = if action == Action::Undo { Document::undo } else { Document::redo };
+                what(document);
+            }
             Action::MouseLook => self.look_round(!self.looking),
             Action::FrameAll => self.engine.send(Command::FrameAll),
             Action::Screenshot => self.ask_for_picture(),
@@ -456,7 +474,7 @@ impl Desk {
     fn dropped(&mut self, ui: &Ui) {
         let path = ui.input(|input| input.raw.dropped_files.first().and_then(|file| Some(file.path().to_path_buf())));
         if let Some(path) = path {
-            self.ask_to_open(path);
+            self.ask_for(Next::Open(path));
         }
     }
 
@@ -516,7 +534,7 @@ impl Desk {
 
     fn chosen(&mut self, Chosen { purpose, path }: Chosen) {
         match purpose {
-            Purpose::Open | Purpose::OpenFolder => self.ask_to_open(path),
+            Purpose::Open | Purpose::OpenFolder => self.ask_for(Next::Open(path)),
             Purpose::SaveAs => {
                 self.save_as(&path);
                 self.go_on();
@@ -543,13 +561,8 @@ impl Desk {
 
     /// Does what waited for changes to be saved.
     fn go_on(&mut self) {
-        if self.document.as_ref().is_some_and(Document::is_dirty) {
-            return;
-        }
-        match self.next.take() {
-            Some(Next::Close) => self.over = true,
-            Some(Next::Open(path)) => self.open(&path),
-            None => {}
+        if !self.document.as_ref().is_some_and(Document::is_dirty) {
+            self.do_next();
         }
     }
 
@@ -658,7 +671,7 @@ impl Desk {
     // Panels ----------------------------------------------------------------------------------------------------------
 
     fn menu(&mut self, ui: &mut Ui) {
-        let mut action = None;
+        let (mut action, mut other) = (None, None);
         let context = ui.ctx().clone();
         let open = self.document.is_some();
         MenuBar::new().ui(ui, |ui| {
@@ -670,7 +683,14 @@ impl Desk {
                 }
             };
             ui.menu_button("File", |ui| {
+                if ui.button("New").clicked() {
+                    other = Some(Other::New);
+                }
                 item(ui, true, "Open …", Action::Open);
+                if ui.button("Open a folder of settings …").clicked() {
+                    other = Some(Other::OpenFolder);
+                }
+                ui.separator();
                 item(ui, open, "Save", Action::Save);
                 item(ui, open, "Save as …", Action::SaveAs);
                 item(ui, open, "Read again", Action::Reload);
@@ -703,11 +723,31 @@ impl Desk {
                 ui.separator();
                 item(ui, true, "Panels", Action::TogglePanels);
                 item(ui, true, "Full screen", Action::FullScreen);
+                ui.menu_button("Frames", |ui| {
+                    for (pacing, name) in [
+                        (Pacing::Fifo, "with the display"),
+                        (Pacing::Mailbox, "with the display, the newest"),
+                        (Pacing::Immediate, "at once"),
+                    ] {
+                        if ui.radio(self.pacing == pacing, name).clicked() {
+                            other = Some(Other::Pace(pacing));
+                        }
+                    }
+                });
             });
             item(ui, true, "Help", Action::Help);
         });
         if let Some(action) = action {
             self.act(&context, action);
+        }
+        match other {
+            Some(Other::New) => self.ask_for(Next::New),
+            Some(Other::OpenFolder) => self.ask(Purpose::OpenFolder, ""),
+            Some(Other::Pace(pacing)) => {
+                self.pacing = pacing;
+                self.wishes.push(Wish::Pace(pacing));
+            }
+            None => {}
         }
     }
 
@@ -796,7 +836,9 @@ impl Desk {
         });
         let Wishes { edits, browse } = parameters::show(ui, document, &self.filter);
         if let Some(document) = &mut self.document {
-            edits.iter().for_each(|edit| drop(document.edit(edit)));
+            for edit in &edits {
+                document.edit(edit);
+            }
         }
         if let Some(key) = browse {
             self.ask(Purpose::Key(key), "");
@@ -853,14 +895,9 @@ impl Desk {
                     if let Some(keeper) = &mut self.keeper {
                         keeper.forget();
                     }
-                    match self.next.take() {
-                        Some(Next::Close) => {
-                            self.document = None;
-                            self.over = true;
-                        }
-                        Some(Next::Open(path)) => self.open(&path),
-                        None => {}
-                    }
+                    // Or it would be kept for the next start.
+                    self.document = None;
+                    self.do_next();
                 }
                 Some(Unsaved::Cancel) => self.next = None,
                 None => {}

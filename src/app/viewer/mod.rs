@@ -4,7 +4,7 @@
 //! - `engine` is a thread that makes and draws the world, in slices; the window listens to it and never waits.
 //! - `desk` is what lies before the user: the picture and the `panels` round it, in the colours of `theme`; `keys` says what keys do.
 //! - `document` is the world file as it is edited; `recovery` keeps what is not saved, `state` what is remembered from run to run.
-//! - `camera` moves the eye over land; `script` plays a file of keys and mouse.
+//! - `camera` moves the eye over land; `script` plays a file of keys and mouse; `widgets` knows where things are by their names.
 //! - `shipped` are the worlds that come with the program; `export` runs `terrane export` beside it.
 
 mod camera;
@@ -20,6 +20,7 @@ mod script;
 mod shipped;
 mod state;
 mod theme;
+mod widgets;
 mod window;
 
 use super::cli::options::{self, DeviceOptions, OutputOptions, Size};

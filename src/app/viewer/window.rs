@@ -6,6 +6,7 @@ use super::engine::Engine;
 use super::painter::Painter;
 use super::script::{Player, Script};
 use super::state::{self, State};
+use super::widgets::Widgets;
 use super::{Arguments, Error, Session, interrupt};
 use crate::app::report::{Details, Viewed};
 use crate::formats;
@@ -93,6 +94,7 @@ struct Open {
     pace: Pace,
     frames: u64,
     grabbed: bool,
+    widgets: Option<Widgets>,
     timings: Vec<Timing>,
 }
 
@@ -226,6 +228,8 @@ impl Application<'_> {
         });
         let waker = wake.clone();
         let engine = Engine::start(&gpu, self.session.validation.clone(), move || waker());
+        let named = self.script.as_ref().is_some_and(Script::has_names);
+        let widgets = (named || Widgets::are_wanted()).then(|| Widgets::new(&context));
         let desk = Desk::new(&context, engine, wake, self.document.take(), (folder, state, warning));
         window.request_redraw();
         Ok(Open {
@@ -242,6 +246,7 @@ impl Application<'_> {
             pace: Pace::default(),
             frames: 0,
             grabbed: false,
+            widgets,
             timings: Vec::new(),
         })
     }
@@ -277,7 +282,8 @@ impl Open {
         }
         let mut input = self.egui.take_egui_input(&self.window);
         if let Some(player) = &mut self.player {
-            let wishes = player.play(&mut input, self.desk.is_quiet());
+            let find = |name: &str| self.widgets.as_ref()?.find(name);
+            let wishes = player.play(&mut input, self.desk.is_quiet(), find)?;
             self.obey(wishes, session)?;
             if self.player.as_ref().is_some_and(Player::is_done) {
                 self.player = None;
@@ -290,6 +296,9 @@ impl Open {
         let timings = std::mem::take(&mut self.timings);
         let output = self.context.run_ui(input, |ui| desk.show(ui, &timings));
         self.timings = timings;
+        if let Some(widgets) = &mut self.widgets {
+            widgets.note(output.platform_output.accesskit_update.as_ref(), output.pixels_per_point);
+        }
         self.egui.handle_platform_output(&self.window, output.platform_output);
         let wishes = self.desk.wishes();
         self.obey(wishes, session)?;
