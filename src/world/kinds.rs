@@ -478,7 +478,7 @@ impl<T: Section> Kind for TableOf<T> {
 pub fn read_section<T: Section>(place: &Place) -> T {
     let presets = T::PRESETS;
     if let Some(table) = place.table() {
-        let mut names: Vec<&str> = T::keys().iter().map(|key| key.name).collect();
+        let mut names = T::names();
         if !presets.is_empty() {
             names.insert(0, "preset");
         }

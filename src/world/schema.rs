@@ -128,6 +128,11 @@ pub trait Section: Sized {
 
     fn keys() -> Vec<Key>;
 
+    /// Names of the keys.
+    fn names() -> Vec<&'static str> {
+        Self::keys().iter().map(|key| key.name).collect()
+    }
+
     /// Reads each key of the table at `place`, whose names are known to be good.
     fn read(place: &Place) -> Self;
 }
@@ -155,6 +160,11 @@ macro_rules! section {
                     let name = stringify!($key).trim_start_matches("r#");
                     Key { name, about, default: kind.default(), start: kind.start(), shape: kind.shape() }
                 }),+]
+            }
+
+            // Without their shapes, which are as large as all tables inside this one.
+            fn names() -> Vec<&'static str> {
+                vec![$(stringify!($key).trim_start_matches("r#")),+]
             }
 
             fn read(place: &$crate::world::place::Place) -> Self {

@@ -6,6 +6,7 @@ use super::engine::{Command, Course, Engine, Frame, News, Pose, Section, Status,
 use super::export::Export;
 use super::keys::{self, Action, Motion};
 use super::panels::files::{self, Chooser, Chosen, Notice, Purpose, Recent, Recovery, Unsaved};
+use super::panels::parameters::Wishes;
 use super::panels::{export as form, help, land, parameters, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
 use super::state::{self, Bookmark, State};
@@ -13,7 +14,7 @@ use super::window::WORLD;
 use super::{shipped, theme};
 use crate::app::Error;
 use crate::gpu::{Image, Pacing, Timing, format::Rgba8};
-use crate::world::{Edit, KeyPath, Overrides, World};
+use crate::world::{KeyPath, Overrides, World};
 use egui::{Align2, Color32, Context, MenuBar, Panel, PointerButton, Rect, RichText, Sense, Ui, Vec2, vec2};
 use notify::Watcher;
 use std::path::{Path, PathBuf};
@@ -849,11 +850,14 @@ impl Desk {
             let width = ui.available_width();
             ui.add(egui::TextEdit::singleline(&mut self.filter).hint_text("find a key").desired_width(width));
         });
-        let edits: Vec<Edit> = parameters::show(ui, document, &self.filter);
+        let Wishes { edits, browse } = parameters::show(ui, document, &self.filter);
         if let Some(document) = &mut self.document {
             for edit in &edits {
                 document.edit(edit);
             }
+        }
+        if let Some(key) = browse {
+            self.ask(Purpose::Key(key), "");
         }
         if write_view {
             self.write_view();

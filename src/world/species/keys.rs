@@ -211,7 +211,7 @@ impl Kind for EntryKind {
         if place.key("file").item().is_none() {
             return Entry::Here(Box::new(read_section(place)));
         }
-        let names = Species::keys().into_iter().map(|key| key.name);
+        let names = Species::names().into_iter();
         for name in names.filter(|name| !["variants", "height"].contains(name)) {
             if place.key(name).item().is_some() {
                 let label = "write it in that file, or all of the species here";

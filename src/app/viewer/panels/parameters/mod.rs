@@ -16,12 +16,21 @@ use toml_edit::{DocumentMut, Item};
 /// Width of what stands behind a widget: the button that resets it.
 const RESET_WIDTH: f32 = 16.0;
 
-/// Shows the keys of the world that the words of `filter` lead to, all without any, and returns what the user changed.
-pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Vec<Edit> {
+/// What the user wants of the world.
+#[derive(Default)]
+pub struct Wishes {
+    pub edits: Vec<Edit>,
+    /// A key whose file is to be chosen in a dialog.
+    pub browse: Option<KeyPath>,
+}
+
+/// Shows the keys of the world that the words of `filter` lead to, all without any.
+pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Wishes {
     static SHAPE: LazyLock<Table> = LazyLock::new(world::shape);
 
     let words: Vec<String> = filter.split_whitespace().map(str::to_lowercase).collect();
-    let mut panel = Panel { words, refused: document.refused(), edits: Vec::new() };
+    let mut panel =
+        Panel { words, refused: document.refused(), edits: Vec::new(), browse: None, is_aside: false };
     let top = KeyPath::default();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if !panel.words.is_empty() && !SHAPE.keys.iter().any(|key| panel.leads_to(key, "")) {
@@ -29,7 +38,7 @@ pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Vec<Edit> {
         }
         panel.table(ui, &SHAPE, Some(document.item()), &top);
     });
-    panel.edits
+    Wishes { edits: panel.edits, browse: panel.browse }
 }
 
 /// What is shown while it is shown.
@@ -39,6 +48,9 @@ struct Panel<'a> {
     /// The last edit, if it was refused.
     refused: Option<&'a Refusal>,
     edits: Vec<Edit>,
+    browse: Option<KeyPath>,
+    /// Whether what is shown is not in the file yet.
+    is_aside: bool,
 }
 
 /// A key with what is written for it.

@@ -18,6 +18,16 @@ struct Holder<'a> {
     path: &'a KeyPath,
 }
 
+/// One of what it holds.
+struct Element<'a> {
+    name: &'a str,
+    shape: &'a Shape,
+    item: &'a Item,
+    path: &'a KeyPath,
+    /// How names are formed, where it has one of the user's.
+    names: Option<Names>,
+}
+
 impl Panel<'_> {
     pub(super) fn section(&mut self, ui: &mut Ui, entry: &Entry) {
         let Entry { key, path, .. } = entry;
@@ -187,8 +197,8 @@ impl Panel<'_> {
                 }
             };
             ui.push_id(index, |ui| {
-                let name = format!("{index}  {}", summary(item));
-                self.element(ui, &name, holder.element, item, &path, buttons);
+                let (name, shape) = (&summary_with(index, item), holder.element);
+                self.element(ui, &Element { name, shape, item, path: &path, names: None }, buttons);
                 self.refusal(ui, &path);
             });
         }
@@ -210,7 +220,8 @@ impl Panel<'_> {
                 }
             };
             ui.push_id(name, |ui| {
-                self.element(ui, name, holder.element, item, &path, buttons);
+                let shape = holder.element;
+                self.element(ui, &Element { name, shape, item, path: &path, names: Some(names) }, buttons);
                 self.refusal(ui, &path);
             });
         }
@@ -236,16 +247,9 @@ impl Panel<'_> {
         }
     }
 
-    /// An element with the buttons that move and remove it: a line, or a heading.
-    fn element(
-        &mut self,
-        ui: &mut Ui,
-        name: &str,
-        shape: &Shape,
-        item: &Item,
-        path: &KeyPath,
-        buttons: impl FnOnce(&mut Self, &mut Ui),
-    ) {
+    /// An element with the buttons that move and remove it: a line, or a heading. One with a name of the user's can get another.
+    fn element(&mut self, ui: &mut Ui, element: &Element, buttons: impl FnOnce(&mut Self, &mut Ui)) {
+        let &Element { name, shape, item, path, names } = element;
         let key = |shape: &Shape| Key {
             name: "",
             about: "",
@@ -271,6 +275,15 @@ impl Panel<'_> {
             return;
         }
         body(ui, |ui| {
+            if let Some(names) = names {
+                ui.horizontal(|ui| {
+                    ui.label("called");
+                    let place = path.join("another name");
+                    if let Some(other) = text_field(ui, &place, name, names.rule(), false).filter(|name| names.allow(name)) {
+                        self.edits.push(Edit::Rename(path.clone(), other));
+                    }
+                });
+            }
             if let Shape::OneOf(alternatives) = shape {
                 let width = ui.available_width();
                 self.alternatives(ui, alternatives, Some(item), path, width);
@@ -347,7 +360,9 @@ impl Panel<'_> {
     fn aside(&mut self, path: &KeyPath, item: &Item, show: impl FnOnce(&mut Self, &Item)) -> Option<Item> {
         const HERE: &str = "item";
         let others = std::mem::take(&mut self.edits);
+        let was_aside = std::mem::replace(&mut self.is_aside, true);
         show(self, item);
+        self.is_aside = was_aside;
         let edits = std::mem::replace(&mut self.edits, others);
         if edits.is_empty() {
             return None;
@@ -473,6 +488,10 @@ fn tagged(name: &str) -> Value {
     let mut table = InlineTable::new();
     table.insert(name, InlineTable::new().into());
     table.into()
+}
+
+fn summary_with(index: usize, item: &Item) -> String {
+    format!("{index}  {}", summary(item))
 }
 
 /// What an element of a list is, in a word or two.

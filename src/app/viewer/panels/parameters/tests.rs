@@ -42,7 +42,7 @@ impl Screen {
             ..RawInput::default()
         };
         let mut edits = Vec::new();
-        let output = self.context.run_ui(input, |ui| edits = show(ui, &self.document, &self.filter));
+        let output = self.context.run_ui(input, |ui| edits = show(ui, &self.document, &self.filter).edits);
         self.texts.clear();
         for clipped in output.shapes {
             texts(&clipped.shape, &mut self.texts);
@@ -289,6 +289,32 @@ fn a_list_that_is_not_written_is_written_as_a_whole() {
     let edits = screen.act(vec![Event::Text("9".into()), key(Stroke::Enter)]);
     let stages = set(&edits, "reef.stages").as_array().expect("an array");
     assert_eq!((stages.len(), stages.to_string().contains("duration = 9")), (2, true), "{stages}");
+}
+
+#[test]
+fn names_are_given_and_changed() {
+    let mut screen = Screen::new("forest/default.toml", "species file", 8000.0);
+    let row = screen.place("+");
+    screen.click(row + vec2(60.0, 0.0));
+    assert!(screen.act(vec![Event::Text("rose".into()), key(Stroke::Enter)]).is_empty());
+    assert!(screen.has("rose") && screen.has("Apply"), "a species asks for more than a name");
+    let at = screen.beside("rose", "Cancel");
+    screen.click(at);
+    assert!(!screen.has("Apply"));
+    let at = screen.beside("called", "oak");
+    screen.click(at);
+    let select = Event::Key {
+        key: Stroke::A,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers: Modifiers::COMMAND,
+    };
+    let edits = screen.act(vec![select, Event::Text("tree".into()), key(Stroke::Enter)]);
+    assert!(
+        matches!(&edits[..], [Edit::Rename(path, name)] if path.to_string() == "species.oak" && name == "tree"),
+        "{edits:?}"
+    );
 }
 
 #[test]

@@ -47,7 +47,7 @@ impl Panel<'_> {
             Shape::Choice(words) => self.choice(ui, words, item, path),
             Shape::File => {
                 let name = item.as_str().unwrap_or_default();
-                if let Some(file) = text_field(ui, path, name, "a file", false) {
+                if let Some(file) = self.file(ui, path, name, "a file") {
                     self.set(path, file.into());
                 }
             }
@@ -65,6 +65,23 @@ impl Panel<'_> {
         }
     }
 
+    /// A path to type, and a button that asks for a file.
+    fn file(&mut self, ui: &mut Ui, path: &KeyPath, name: &str, hint: &str) -> Option<String> {
+        const BUTTON: f32 = 20.0;
+        if self.is_aside {
+            return text_field(ui, path, name, hint, false);
+        }
+        let size = egui::vec2(ui.available_width() - BUTTON - 4.0, ui.spacing().interact_size.y);
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let field = ui.allocate_ui(size, |ui| text_field(ui, path, name, hint, false));
+        ui.spacing_mut().button_padding.x = 2.0;
+        let button = Button::new("…").min_size(egui::vec2(BUTTON, 0.0));
+        if ui.add(button).on_hover_text("Choose a file").clicked() {
+            self.browse = Some(path.clone());
+        }
+        field.inner
+    }
+
     fn set(&mut self, path: &KeyPath, value: Value) {
         self.edits.push(Edit::Set(path.clone(), value));
     }
@@ -74,7 +91,7 @@ impl Panel<'_> {
         let is_word = item.as_str() == Some(word);
         if let Shape::File = inner {
             let name = item.as_str().filter(|_| !is_word).unwrap_or_default();
-            if let Some(file) = text_field(ui, &entry.path, name, word, false) {
+            if let Some(file) = self.file(ui, &entry.path, name, word) {
                 let file = if file.is_empty() { word } else { &file };
                 self.set(&entry.path, file.into());
             }
