@@ -3,6 +3,7 @@
 mod kit;
 
 use glam::DVec3;
+use kit::zoom::{light, surface};
 use std::collections::HashSet;
 use terrane::{
     core::camera::direction,
@@ -12,7 +13,7 @@ use terrane::{
     zoom::{
         address::{Attitude, Place},
         background::{self, Band},
-        height::{Refinement, Roughness, Spine, Surface},
+        height::{Spine, Surface},
         motion::{Autopilot, Depth, clearance},
         tree::Detail,
         view::{Renderer, Settings, View},
@@ -32,16 +33,6 @@ const SETTINGS: Settings = Settings {
     slots: 8000,
     samples: 1,
 };
-
-fn surface(seed: u32) -> Surface {
-    Surface { seed, refinement: Refinement::Triangles, roughness: Roughness::Quarter }
-}
-
-fn light() -> Light {
-    let toward = direction(2.0, 0.5);
-    let sun = Sun { direction: toward, irradiance: [98_000.0, 92_000.0, 80_000.0], diameter: 0.0093 };
-    Light { sky: preetham::sky(2.6, toward.as_dvec3()), sun: Some(sun), air: None, clouds: 0.0 }
-}
 
 fn steered(surface: Surface, depth: Depth) -> View {
     let pose = Autopilot::new(surface).at(&mut Spine::new(surface), depth);

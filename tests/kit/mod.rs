@@ -11,6 +11,7 @@ pub mod picture;
 pub mod program;
 pub mod stage;
 pub mod tiff;
+pub mod zoom;
 
 use std::{
     ops::Deref,
