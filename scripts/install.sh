@@ -14,7 +14,7 @@ tools='cmake ninja c++ python3 pkg-config'
 say() { printf '%s\n' "$*" >&2; }
 
 if ! command -v cargo >/dev/null; then
-    say 'terrane needs Rust 1.88 or newer, and cargo is not in the PATH. Install it from https://rustup.rs, then open a new shell.'
+    say 'terrane needs Rust 1.95 or newer, and cargo is not in the PATH. Install it from https://rustup.rs, then open a new shell.'
     exit 1
 fi
 

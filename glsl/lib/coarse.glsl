@@ -4,7 +4,12 @@
 
 layout(push_constant, scalar) uniform Push {
     int cells;   // along one side
+    int first;   // row that the first invocations are of
 } push;
+
+ivec2 coarse_at() {
+    return ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first);
+}
 
 float coarse_cell_size() {
     return frame.extent / float(push.cells - 1);

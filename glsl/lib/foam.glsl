@@ -2,8 +2,6 @@
 #ifndef FOAM_GLSL
 #define FOAM_GLSL
 
-const float FOAM = 0.75;   // reflectance
-
 // White water where waves from the open sea break: lines along the depth contours, lace behind them, and a fringe of
 // swash at the shore.
 float foam(vec2 xz, float depth, float exposure, float footprint) {

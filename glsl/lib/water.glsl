@@ -3,5 +3,6 @@
 #define WATER_GLSL
 
 const float REFRACTIVE_INDEX = 1.34;
+const float FOAM = 0.75;   // reflectance
 
 #endif

@@ -20,21 +20,12 @@ layout(binding = 6, rgba32f) uniform writeonly image2D glow;
 #include "lib/surface.glsl"
 #include "lib/sky.glsl"
 #include "lib/light.glsl"
+#include "lib/glow.glsl"
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = coarse_at();
     if (!on_coarse_grid(at)) return;
-    vec2 xz = coarse_position(at);
-    Place place;
-    place.point = vec3(xz.x, height_at(ground_cell(at)), xz.y);
-    place.slope = height_slope(xz);
-    place.wetness = imageLoad(wetness, ground_cell(at)).x;
-    place.reef = imageLoad(reef, ground_cell(at)).x;
-    place.openness = imageLoad(openness, at).x;
-    place.footprint = coarse_cell_size();
+    Place place = coarse_place(at);
     Ground found = ground(place);
-    vec3 light = frame.sun_irradiance * max(dot(found.normal, frame.sun_direction), 0.0)
-               * sun_visibility(place.point.y, imageLoad(shadow, at).xy, coarse_cell_size(), coarse_cell_size())
-               + sky_irradiance(found.normal) * place.openness + bounced(found.albedo, place.openness);
-    imageStore(glow, at, vec4(found.albedo / PI * light, 1.0));
+    imageStore(glow, at, vec4(glow_of(found, place, imageLoad(shadow, at).xy), 1.0));
 }

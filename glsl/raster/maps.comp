@@ -20,11 +20,7 @@ layout(binding = 8, rgba8) uniform writeonly image2D albedo_map;   // sRGB, and 
 #include "lib/fields.glsl"
 #include "lib/texture.glsl"
 #include "lib/surface.glsl"
-
-// The transfer curve of sRGB (IEC 61966-2-1).
-vec3 encoded(vec3 linear) {
-    return mix(1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, 12.92 * linear, lessThanEqual(linear, vec3(0.0031308)));
-}
+#include "lib/srgb.glsl"
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);

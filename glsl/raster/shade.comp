@@ -26,6 +26,7 @@ layout(binding = 13, rgba32f) uniform readonly image2D canopy;
 layout(push_constant, scalar) uniform Push {
     ivec2 origin;      // of the tile, in samples of the whole picture
     int coarse_cells;  // side of the grid of openness, surf, shadow and glow
+    int first;         // row of the tile's samples that the first invocations are of
 } push;
 
 float coarse_cell_size() {
@@ -41,6 +42,7 @@ float coarse_cell_size() {
 #include "lib/light.glsl"
 #include "lib/sea.glsl"
 #include "lib/foam.glsl"
+#include "lib/wet.glsl"
 #include "lib/clouds.glsl"
 #include "lib/canopy.glsl"
 #include "lib/casts.glsl"
@@ -89,15 +91,6 @@ vec4 mirrored_land(vec3 start, vec3 along, float spread) {
     return seen;
 }
 
-// Light from rivers and lakes: water over the bed mirrors as much of the sky as the valley leaves open.
-vec3 wet(vec3 bed, vec3 view, float depth, float openness) {
-    float film = smoothstep(0.08, 0.6, depth);
-    vec3 mirror = normalize(vec3(view.x, max(-view.y, 0.15), view.z));
-    vec3 mirrored = mix(bed, sky_radiance(mirror), openness * openness);
-    vec3 through = bed * exp(-2.0 * frame.attenuation * depth) * 0.7;
-    return mix(bed, mix(through, mirrored, fresnel(clamp(-view.y, 0.0, 1.0))), film);
-}
-
 // Radiance that leaves the ground towards the eye. Under water, light arrives and bounces as the sea lets it.
 vec3 ground_radiance(Hit hit, vec3 view, float turn) {
     Stencil s = stencil(hit.point.xz, frame.cells);
@@ -127,17 +120,7 @@ vec3 ground_radiance(Hit hit, vec3 view, float turn) {
                    + bounced(found.albedo, place.openness) * through;
         return wet(found.albedo / PI * light, view, BILINEAR(water, s).x, place.openness * through);
     }
-    // Refraction turns the sun upright; diffuse light travels 1.2 times the depth. Of what the bottom sends up
-    // 48 % is mirrored back down at a surface that it can't leave (Lee et al. 1998, "Hyperspectral remote sensing
-    // for shallow waters").
-    float sine = length(frame.sun_direction.xz) / REFRACTIVE_INDEX;
-    float cosine = sqrt(1.0 - sine * sine);
-    vec3 sun_in_water = normalize(vec3(frame.sun_direction.xz / REFRACTIVE_INDEX, cosine)).xzy;
-    vec3 light = sun * (1.0 - fresnel(max(frame.sun_direction.y, 0.0))) * max(dot(found.normal, sun_in_water), 0.0)
-               * exp(-frame.attenuation * depth / cosine)
-               + sky_irradiance(vec3(0.0, 1.0, 0.0)) * 0.934 * place.openness * exp(-1.2 * frame.attenuation * depth);
-    vec3 returned = 1.0 - 0.48 * found.albedo * exp(-2.4 * frame.attenuation * depth);
-    return found.albedo / PI * light / returned;
+    return drowned(found.albedo, found.normal, sun, place.openness, depth);
 }
 
 vec3 sea_radiance(vec3 surface, vec3 view, float footprint, Hit bottom, vec3 bottom_radiance) {
@@ -173,7 +156,7 @@ vec3 sea_radiance(vec3 surface, vec3 view, float footprint, Hit bottom, vec3 bot
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first);
     if (any(greaterThanEqual(at, imageSize(range)))) return;
     vec3 view = camera_ray(vec2(push.origin + at) + 0.5);
     // Negative is the range of what stands on the ground.

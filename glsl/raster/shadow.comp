@@ -18,7 +18,7 @@ layout(binding = 2, rg32f) uniform writeonly image2D shadow;
 #include "lib/light.glsl"
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = coarse_at();
     if (!on_coarse_grid(at)) return;
     vec2 start = coarse_position(at);
     float level = length(frame.sun_direction.xz);

@@ -26,7 +26,7 @@ float slice(float e, float rise, float lean) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = coarse_at();
     if (!on_coarse_grid(at)) return;
     float here = height_at(ground_cell(at));
     vec2 slope = height_slope(coarse_position(at));

@@ -20,7 +20,7 @@ const float BREAKING_DEPTH = 1.5;  // metres
 const float BREAKING_ZONE = 40.0;  // metres that a breaker runs on
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = coarse_at();
     if (!on_coarse_grid(at)) return;
     float depth = frame.sea_level - height_at(ground_cell(at));
     if (depth < -4.0 || depth > 14.0) {

@@ -1,23 +1,23 @@
 //! What reaches each place on the ground: the sun, the sky, the waves of the open sea.
 
 use super::patches::Prepared;
+use crate::core::grid::Grid;
 use crate::gpu::{
     self, Compute, Gpu, Image, Recorder,
-    format::{R32f, Rg32f, Rgba32f},
+    format::{Rg32f, Rgba32f},
 };
 use crate::scene::{
     Scene, Shelter,
     shelter::{self, side},
 };
 use crate::shaders::raster::{glow, shadow};
+use std::ops::Range;
 
 /// Images over the ground, as fine as its grid or coarser.
 pub struct Exposure {
     /// Height at which the sun comes out (m above the datum), and how far away what hides it is (m).
     pub shadow: Image<Rg32f>,
-    /// As [`Shelter`] says.
-    pub openness: Image<R32f>,
-    pub surf: Image<R32f>,
+    pub shelter: Shelter,
     /// Radiance that leaves the ground, cd/m².
     pub glow: Image<Rgba32f>,
 }
@@ -40,29 +40,56 @@ impl Passes {
     pub fn measure(&self, gpu: &Gpu, scene: &Scene, prepared: &Prepared) -> gpu::Result<Exposure> {
         let ground = &scene.ground;
         let cells = side(ground.grid);
-        let size = [cells; 2];
         let (frame, panorama, height) = (&prepared.frame, &prepared.panorama, &ground.height);
-        let Shelter { openness, surf } = self.shelter.measure(gpu, ground, frame)?;
-        let (shadow, glow) = (Image::new(gpu, "shadow", size)?, Image::new(gpu, "glow", size)?);
+        let exposure = Exposure::new(gpu, ground.grid)?;
         let mut rec = Recorder::new(gpu);
-        let bindings = shadow::Bindings { frame, panorama, height, shadow: &shadow };
-        rec.dispatch(&self.shadow, size, shadow::Push { cells: cells as i32 }, bindings);
+        self.record(&mut rec, scene, prepared, &exposure, 0..cells);
         rec.dispatch(
             &self.glow,
-            size,
-            glow::Push { cells: cells as i32 },
+            [cells; 2],
+            glow::Push { cells: cells as i32, first: 0 },
             glow::Bindings {
                 frame,
                 panorama,
                 height,
                 wetness: &ground.wetness,
                 reef: &ground.reef,
-                openness: &openness,
-                shadow: &shadow,
-                glow: &glow,
+                openness: &exposure.shelter.openness,
+                shadow: &exposure.shadow,
+                glow: &exposure.glow,
             },
         );
         rec.submit()?.wait()?;
-        Ok(Exposure { shadow, openness, surf, glow })
+        Ok(exposure)
+    }
+
+    /// Records the measuring of some rows, of all but the glow.
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        scene: &Scene,
+        prepared: &Prepared,
+        exposure: &Exposure,
+        rows: Range<u32>,
+    ) {
+        let ground = &scene.ground;
+        let cells = side(ground.grid);
+        let (frame, panorama, height) = (&prepared.frame, &prepared.panorama, &ground.height);
+        self.shelter.record(rec, ground, frame, &exposure.shelter, rows.clone());
+        let push = shadow::Push { cells: cells as i32, first: rows.start as i32 };
+        let bindings = shadow::Bindings { frame, panorama, height, shadow: &exposure.shadow };
+        rec.dispatch(&self.shadow, [cells, rows.len() as u32], push, bindings);
+    }
+}
+
+impl Exposure {
+    /// Nothing is measured yet: all is 0.
+    pub fn new(gpu: &Gpu, grid: Grid) -> gpu::Result<Exposure> {
+        let size = [side(grid); 2];
+        Ok(Exposure {
+            shadow: Image::new(gpu, "shadow", size)?,
+            shelter: Shelter::new(gpu, grid)?,
+            glow: Image::new(gpu, "glow", size)?,
+        })
     }
 }

@@ -52,7 +52,7 @@ impl Pass {
                 height: &ground.height,
                 wetness: &ground.wetness,
                 reef: &ground.reef,
-                openness: &exposure.openness,
+                openness: &exposure.shelter.openness,
                 slope_map: &maps.slope,
                 normal_map: &maps.normal,
                 splat_map: &maps.splat,

@@ -5,10 +5,14 @@
 //! 3. `population` draws the shadows of plants, as the sun sees them.
 //! 4. For each tile of the picture, `terrain` rasterises how far away the ground is, and `plant` what stands before it;
 //!    `foliage` and `shade` give every sample its radiance, and `resolve` makes pixels of samples.
+//!
+//! [`Live`] draws the same scene again and again for somebody who watches, and works out only what has changed.
 
 mod exposure;
+mod live;
 mod maps;
 pub mod memory;
+mod overlay;
 mod patches;
 mod population;
 mod tile;
@@ -16,16 +20,19 @@ mod tile;
 use crate::gpu::{
     self, Blend, Compute, Cull, Depth, Draw, Gpu, Image, Load, Raster, RasterState, Recorder, Targets,
     Topology,
-    format::{D32f, Format, R32f, Rgba32f},
+    format::{D32f, Format, R32f, Rgba32f, Rgba32ui},
 };
 use crate::scene::{Film, Picture, Scene};
 use crate::shaders::raster::{foliage, resolve, shade, terrain};
 
 pub use exposure::Exposure;
+pub use live::{Detail, Live, View};
 pub use maps::Maps;
+pub use overlay::{COLOURS, MATERIALS, Overlay, Scale, Shown};
 
 use patches::Prepared;
-use population::{Crowd, cast::Casts};
+use population::Crowd;
+use std::ops::Range;
 use tile::Tile;
 
 /// Draws scenes. Making one compiles its programs; it can then draw any number of pictures.
@@ -140,9 +147,21 @@ impl Renderer {
         let size = tile.sample_size();
         let range = Image::new(&self.gpu, "range", size)?;
         let depth = Image::<D32f>::new(&self.gpu, "depth", size)?;
-        let [scale, offset] = tile.clip(film);
         let mut rec = Recorder::new(&self.gpu);
-        let targets = Targets { color: &[&range], depth: Some(&depth), load: Load::Clear([0.0; 4]) };
+        self.record_range(&mut rec, (prepared, scene), tile.clip(film), &range, &depth);
+        rec.submit()?.wait()?;
+        Ok((range, depth))
+    }
+
+    fn record_range(
+        &self,
+        rec: &mut Recorder,
+        (prepared, scene): (&Prepared, &Scene),
+        [scale, offset]: [[f32; 2]; 2],
+        range: &Image<R32f>,
+        depth: &Image<D32f>,
+    ) {
+        let targets = Targets { color: &[range], depth: Some(depth), load: Load::Clear([0.0; 4]) };
         rec.render(&targets, |draws| {
             let side = prepared.patches_per_side;
             draws.draw(
@@ -156,68 +175,26 @@ impl Renderer {
                 },
             );
         });
-        rec.submit()?.wait()?;
-        Ok((range, depth))
     }
 
     /// The pixels of a tile, row by row.
     fn draw(&self, drawing: &Drawing, tile: Tile) -> gpu::Result<Vec<[f32; 4]>> {
         let Drawing { scene, film, prepared, exposure, crowd, .. } = drawing;
         let (range, depth) = self.range(prepared, scene, film, tile)?;
-        let radiance = Image::<Rgba32f>::new(&self.gpu, "radiance", tile.sample_size())?;
+        let size = tile.sample_size();
+        let radiance = Image::<Rgba32f>::new(&self.gpu, "radiance", size)?;
         let origin = tile.origin.map(|at| (at * tile.samples) as i32);
-        let coarse_cells = exposure.openness.size()[0] as i32;
-        let Crowd { casts: Casts { casts, maps: cast_maps }, canopy, .. } = crowd;
-        let view = (*scene, prepared, film, tile);
-        let plant = self.population.draw(&self.gpu, crowd, view, &range, &depth)?;
-        if let Some((plant, materials)) = plant.as_ref().zip(crowd.materials()) {
+        let lit = Lit { scene, prepared, exposure, crowd };
+        if crowd.materials().is_some() {
+            let plant = Image::new(&self.gpu, "plant", size)?;
+            self.population.draw(&self.gpu, crowd, (scene, prepared), tile.clip(film), (&range, &plant, &depth))?;
             let mut rec = Recorder::new(&self.gpu);
-            rec.dispatch(
-                &self.foliage,
-                tile.sample_size(),
-                foliage::Push { origin, coarse_cells },
-                foliage::Bindings {
-                    frame: &prepared.frame,
-                    panorama: &prepared.panorama,
-                    range: &range,
-                    plant,
-                    radiance: &radiance,
-                    materials,
-                    openness: &exposure.openness,
-                    shadow: &exposure.shadow,
-                    glow: &exposure.glow,
-                    casts,
-                    cast_maps,
-                    canopy,
-                },
-            );
+            self.record_foliage(&mut rec, &lit, origin, (&range, &plant), &radiance);
             rec.submit()?.wait()?;
         }
         let pixels = Image::<Rgba32f>::new(&self.gpu, "pixels", tile.size)?;
-        let ground = &scene.ground;
         let mut rec = Recorder::new(&self.gpu);
-        rec.dispatch(
-            &self.shade,
-            tile.sample_size(),
-            shade::Push { origin, coarse_cells },
-            shade::Bindings {
-                frame: &prepared.frame,
-                panorama: &prepared.panorama,
-                range: &range,
-                radiance: &radiance,
-                height: &ground.height,
-                water: &ground.water,
-                wetness: &ground.wetness,
-                reef: &ground.reef,
-                openness: &exposure.openness,
-                surf: &exposure.surf,
-                shadow: &exposure.shadow,
-                glow: &exposure.glow,
-                casts,
-                cast_maps,
-                canopy,
-            },
-        );
+        self.record_shade(&mut rec, &lit, (origin, 0..size[1]), &range, &radiance);
         rec.dispatch(
             &self.resolve,
             tile.size,
@@ -228,6 +205,82 @@ impl Renderer {
         let finished = rec.submit()?.wait()?;
         Ok(download.take(&finished))
     }
+
+    /// Shades what a tile whose first sample is `origin` shows of plants.
+    fn record_foliage(
+        &self,
+        rec: &mut Recorder,
+        lit: &Lit,
+        origin: [i32; 2],
+        (range, plant): (&Image<R32f>, &Image<Rgba32ui>),
+        radiance: &Image<Rgba32f>,
+    ) {
+        let Lit { prepared, exposure, crowd, .. } = lit;
+        let Some(materials) = crowd.materials() else { return };
+        rec.dispatch(
+            &self.foliage,
+            range.size(),
+            foliage::Push { origin, coarse_cells: exposure.glow.size()[0] as i32 },
+            foliage::Bindings {
+                frame: &prepared.frame,
+                panorama: &prepared.panorama,
+                range,
+                plant,
+                radiance,
+                materials,
+                openness: &exposure.shelter.openness,
+                shadow: &exposure.shadow,
+                glow: &exposure.glow,
+                casts: &crowd.casts.casts,
+                cast_maps: &crowd.casts.maps,
+                canopy: &crowd.canopy,
+            },
+        );
+    }
+
+    /// Shades some rows of samples of a tile whose first sample is `origin`: ground, sea and sky.
+    fn record_shade(
+        &self,
+        rec: &mut Recorder,
+        lit: &Lit,
+        (origin, rows): ([i32; 2], Range<u32>),
+        range: &Image<R32f>,
+        radiance: &Image<Rgba32f>,
+    ) {
+        let Lit { scene, prepared, exposure, crowd } = lit;
+        let ground = &scene.ground;
+        let coarse_cells = exposure.glow.size()[0] as i32;
+        rec.dispatch(
+            &self.shade,
+            [range.size()[0], rows.len() as u32],
+            shade::Push { origin, coarse_cells, first: rows.start as i32 },
+            shade::Bindings {
+                frame: &prepared.frame,
+                panorama: &prepared.panorama,
+                range,
+                radiance,
+                height: &ground.height,
+                water: &ground.water,
+                wetness: &ground.wetness,
+                reef: &ground.reef,
+                openness: &exposure.shelter.openness,
+                surf: &exposure.shelter.surf,
+                shadow: &exposure.shadow,
+                glow: &exposure.glow,
+                casts: &crowd.casts.casts,
+                cast_maps: &crowd.casts.maps,
+                canopy: &crowd.canopy,
+            },
+        );
+    }
+}
+
+/// A scene and the light in it.
+struct Lit<'a> {
+    scene: &'a Scene,
+    prepared: &'a Prepared,
+    exposure: &'a Exposure,
+    crowd: &'a Crowd,
 }
 
 /// A picture in the making, tile by tile.

@@ -6,7 +6,7 @@ use super::Quality;
 use crate::core::camera::{Pinhole, direction};
 use crate::core::grid::Grid;
 use crate::gpu::{self, Buffer, Compute, Gpu, Recorder};
-use crate::scene::{self, Film, Scene, View};
+use crate::scene::{self, Film, Ground, Scene, View};
 use crate::shaders::{Frame, Patch, raster::patches};
 
 /// What a picture's passes share.
@@ -29,32 +29,44 @@ impl Pass {
 
     /// Bounds the ground, places the camera and uploads what every other pass needs to know.
     pub fn prepare(&self, gpu: &Gpu, scene: &Scene, film: &Film, quality: Quality) -> gpu::Result<Prepared> {
-        let grid = scene.ground.grid;
-        let side = side(grid);
+        let side = side(scene.ground.grid);
         let patches = Buffer::<Patch>::new(gpu, "patches", (side * side) as usize)?;
-        let mut rec = Recorder::new(gpu);
-        rec.dispatch(
-            &self.0,
-            [side, side],
-            patches::Push { cells: grid.cells as i32, patches_per_side: side as i32 },
-            patches::Bindings { height: &scene.ground.height, patches: &patches },
-        );
-        let download = rec.download(&patches);
-        let finished = rec.submit()?.wait()?;
-        let bounds = download.take(&finished);
-
-        let camera = camera(scene, film, &bounds, side);
-        let top = bounds.iter().map(|patch| patch.greatest).fold(f32::NEG_INFINITY, f32::max);
-        let values = scene::frame(scene, film, quality.samples, &camera);
-        let values = Frame { patches: side as i32, top, ..values };
-        let sample_angle = values.sample_angle;
+        let bounds = self.bound(gpu, &scene.ground, &patches)?;
+        let camera = camera(scene, film, &bounds);
+        let values = values(scene, film, quality.samples, &camera, top(&bounds));
         let frame = Buffer::new(gpu, "frame", 1)?;
         let mut rec = Recorder::new(gpu);
         rec.upload(&frame, &[values]);
         rec.submit()?.wait()?;
         let panorama = scene::panorama(gpu, &scene.light.sky)?;
+        let sample_angle = values.sample_angle;
         Ok(Prepared { camera, sample_angle, frame, panorama, patches, patches_per_side: side })
     }
+
+    /// Bounds every patch of the ground.
+    pub fn bound(&self, gpu: &Gpu, ground: &Ground, patches: &Buffer<Patch>) -> gpu::Result<Vec<Patch>> {
+        let side = side(ground.grid);
+        let mut rec = Recorder::new(gpu);
+        rec.dispatch(
+            &self.0,
+            [side, side],
+            patches::Push { cells: ground.grid.cells as i32, patches_per_side: side as i32 },
+            patches::Bindings { height: &ground.height, patches },
+        );
+        let download = rec.download(patches);
+        let finished = rec.submit()?.wait()?;
+        Ok(download.take(&finished))
+    }
+}
+
+/// The highest ground.
+pub(super) fn top(bounds: &[Patch]) -> f32 {
+    bounds.iter().map(|patch| patch.greatest).fold(f32::NEG_INFINITY, f32::max)
+}
+
+/// What [`Prepared::frame`] holds.
+pub(super) fn values(scene: &Scene, film: &Film, samples: u32, camera: &Pinhole, top: f32) -> Frame {
+    Frame { patches: side(scene.ground.grid) as i32, top, ..scene::frame(scene, film, samples, camera) }
 }
 
 /// Patches along one side of this grid.
@@ -63,13 +75,14 @@ pub(super) fn side(grid: Grid) -> u32 {
     ((grid.cells - 1) / 8).clamp(16, 256)
 }
 
-fn camera(scene: &Scene, film: &Film, bounds: &[Patch], side: u32) -> Pinhole {
+/// The scene's own camera, on ground with these bounds.
+pub(super) fn camera(scene: &Scene, film: &Film, bounds: &[Patch]) -> Pinhole {
     let aspect = film.width as f32 / film.height as f32;
     let fov = scene.camera.fov;
     match scene.camera.view {
         View::LookAt { position, target } => Pinhole::look_at(position, target, fov, aspect),
         View::FrameIsland { azimuth, elevation, distance } => {
-            let boxes = land(scene, bounds, side);
+            let boxes = land(scene, bounds, side(scene.ground.grid));
             Pinhole::frame(&boxes, -direction(azimuth, elevation), distance, fov, aspect)
         }
     }

@@ -1,5 +1,6 @@
 //! What makers hand to renderers: plain values in metres, radians and cd/m².
 
+mod develop;
 pub mod difference;
 pub mod dome;
 mod frame;
@@ -19,6 +20,7 @@ use std::sync::Arc;
 use crate::core::grid::Grid;
 use crate::gpu::{Image, format::R32f};
 
+pub use develop::{Developer, Development};
 pub use frame::{frame, light_frame, panorama, panorama_memory, through};
 pub use hosek_wilkie::HosekWilkie;
 pub use material::Material;

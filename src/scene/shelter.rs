@@ -7,6 +7,7 @@ use crate::shaders::{
     Frame,
     scene::{openness, surf},
 };
+use std::ops::Range;
 
 /// Images over the ground, as fine as its grid or coarser.
 pub struct Shelter {
@@ -30,7 +31,11 @@ impl Shelter {
         2 * 4 * u64::from(side(grid)).pow(2)
     }
 
-    fn new(gpu: &Gpu, grid: Grid) -> gpu::Result<Self> {
+    /// Nothing is measured yet: all is 0.
+    ///
+    /// # Errors
+    /// No memory.
+    pub fn new(gpu: &Gpu, grid: Grid) -> gpu::Result<Self> {
         let size = [side(grid); 2];
         Ok(Shelter { openness: Image::new(gpu, "openness", size)?, surf: Image::new(gpu, "surf", size)? })
     }
@@ -55,16 +60,29 @@ impl Passes {
     /// A lost device, or no memory.
     pub fn measure(&self, gpu: &Gpu, ground: &Ground, frame: &Buffer<Frame>) -> gpu::Result<Shelter> {
         let shelter = Shelter::new(gpu, ground.grid)?;
-        let cells = side(ground.grid);
-        let (size, push, height) = ([cells; 2], cells as i32, &ground.height);
         let mut rec = Recorder::new(gpu);
-        rec.concurrent(|rec| {
-            let bindings = openness::Bindings { frame, height, openness: &shelter.openness };
-            rec.dispatch(&self.openness, size, openness::Push { cells: push }, bindings);
-            let bindings = surf::Bindings { frame, height, surf: &shelter.surf };
-            rec.dispatch(&self.surf, size, surf::Push { cells: push }, bindings);
-        });
+        self.record(&mut rec, ground, frame, &shelter, 0..side(ground.grid));
         rec.submit()?.wait()?;
         Ok(shelter)
+    }
+
+    /// Records the measuring of some rows.
+    pub fn record(
+        &self,
+        rec: &mut Recorder,
+        ground: &Ground,
+        frame: &Buffer<Frame>,
+        shelter: &Shelter,
+        rows: Range<u32>,
+    ) {
+        let cells = side(ground.grid);
+        let (size, height) = ([cells, rows.len() as u32], &ground.height);
+        let (cells, first) = (cells as i32, rows.start as i32);
+        rec.concurrent(|rec| {
+            let bindings = openness::Bindings { frame, height, openness: &shelter.openness };
+            rec.dispatch(&self.openness, size, openness::Push { cells, first }, bindings);
+            let bindings = surf::Bindings { frame, height, surf: &shelter.surf };
+            rec.dispatch(&self.surf, size, surf::Push { cells, first }, bindings);
+        });
     }
 }

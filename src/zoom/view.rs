@@ -165,6 +165,22 @@ impl Renderer {
         })
     }
 
+    /// From now on pictures are of another size, or have another number of samples along the side of a pixel. The background stays as fine as it
+    /// is.
+    ///
+    /// # Errors
+    /// What the device has no room for.
+    pub fn reshape(&mut self, film: &Film, samples: u32) -> gpu::Result<()> {
+        if (self.film, self.settings.samples) == (*film, samples) {
+            return Ok(());
+        }
+        let size = [film.width, film.height];
+        self.canvas = Canvas::new(&self.gpu, "radiance", size.map(|side| side * samples))?;
+        self.pixels = Image::new(&self.gpu, "pixels", size)?;
+        (self.film, self.settings.samples) = (*film, samples);
+        Ok(())
+    }
+
     /// Patches of the surface, for flights.
     pub fn spine(&mut self) -> &mut Spine {
         &mut self.spine

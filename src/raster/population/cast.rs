@@ -28,6 +28,7 @@ const NEAR_BY: f32 = 64.0;
 const REACH: f32 = 1e5;
 
 /// Shadow maps on the device, and what says where they lie.
+#[derive(Clone)]
 pub struct Casts {
     pub casts: Buffer<shaders::Cast>,
     /// Of all maps; a single texel if there is none.

@@ -1,0 +1,535 @@
+//! A scene that is drawn again and again, for somebody who watches: what depends on the scene is kept, and only what has changed is worked
+//! out again.
+//!
+//! Two things are made: *light*, images over the ground that say what arrives there and what it looks like, and *pictures*. Both take
+//! as long as they take, so both are made in steps of some milliseconds, between which the device can do other things. Light may lag
+//! behind ground that changes: pictures then show the new shape in the old light.
+
+use super::patches::{self, Prepared, top, values};
+use super::population::{Care, Crowd, Kept};
+use super::{Exposure, Lit, Maps, Overlay, Renderer, overlay};
+use crate::core::camera::Pinhole;
+use crate::core::grid::Grid;
+use crate::gpu::{
+    self, Buffer, Compute, Gpu, Image, Recorder, Timing,
+    format::{D32f, R32f, Rg32f, Rgba8, Rgba32f, Rgba32ui},
+};
+use crate::scene::{
+    self, Camera, Developer, Development, Film, Ground, Light, Population, Scene, Sea, Surface,
+    shelter::side,
+};
+use crate::shaders::{
+    Frame, Patch,
+    raster::{coat, swift},
+};
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A scene on the device, and the pictures that are drawn of it.
+pub struct Live {
+    gpu: Gpu,
+    renderer: Arc<Renderer>,
+    passes: Passes,
+    scene: Scene,
+    prepared: Prepared,
+    bounds: Vec<Patch>,
+    light: Lighting,
+    kept: Kept,
+    canvas: Option<Canvas>,
+    drawing: Option<Drawing>,
+    timings: Vec<Timing>,
+}
+
+struct Passes {
+    coat: Compute<coat::Shader>,
+    swift: Compute<swift::Shader>,
+    overlay: overlay::Pass,
+    developer: Developer,
+}
+
+/// A picture to draw.
+#[derive(Clone, Debug)]
+pub struct View {
+    pub camera: Pinhole,
+    /// Its size is that of the image that is drawn into.
+    pub film: Film,
+    /// Side of the square of samples in a pixel.
+    pub samples: u32,
+    pub detail: Detail,
+    pub overlay: Option<Overlay>,
+}
+
+/// How carefully a picture is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// As finely as the ground's grid, in a fraction of the time: for what moves.
+    Swift,
+    /// As [`Renderer::render`] does.
+    Full,
+}
+
+/// What pictures find on the ground.
+struct Lighting {
+    exposure: Exposure,
+    /// Albedo, and the share of white water.
+    coat: Image<Rgba32f>,
+    /// Slope beside that of the ground.
+    relief: Image<Rg32f>,
+    /// The next row to be measured …
+    row: u32,
+    /// … and how many from there are not those of the scene as it is now.
+    stale: u32,
+    pace: Pace,
+}
+
+/// Images of one size that pictures are drawn through.
+struct Canvas {
+    range: Image<R32f>,
+    depth: Image<D32f>,
+    radiance: Image<Rgba32f>,
+    /// There once plants have been seen.
+    plant: Option<Image<Rgba32ui>>,
+    pace: [Pace; 2],
+}
+
+/// A picture under way.
+struct Drawing {
+    view: View,
+    target: Image<Rgba8>,
+    crowd: Crowd,
+    /// The next row of pixels.
+    row: u32,
+}
+
+/// Time that a submission should take: a window waits no longer.
+const SLICE: Duration = Duration::from_millis(30);
+
+/// Sizes submissions by the time that rows took.
+#[derive(Clone, Copy)]
+struct Pace {
+    seconds_a_row: f64,
+}
+
+impl Pace {
+    /// Before anything is known: some microseconds a column.
+    fn guessed(columns: u32) -> Pace {
+        Pace { seconds_a_row: 4e-6 * f64::from(columns) }
+    }
+
+    fn rows(self, budget: Duration) -> u32 {
+        ((budget.as_secs_f64() / self.seconds_a_row) as u32).max(1)
+    }
+
+    fn took(&mut self, rows: u32, time: Duration) {
+        let found = time.as_secs_f64().max(1e-7) / f64::from(rows.max(1));
+        // Rows differ; the slowest of the last ones counts most.
+        self.seconds_a_row = found.max(0.7 * self.seconds_a_row);
+    }
+}
+
+impl Live {
+    /// Takes the scene over. Its light is there at once, but as if nothing hid sky, sun or waves: [`Live::relight`] measures it.
+    ///
+    /// # Errors
+    /// What the device lacks or has no memory for.
+    pub fn new(gpu: &Gpu, renderer: Arc<Renderer>, scene: Scene) -> gpu::Result<Live> {
+        let passes = Passes {
+            coat: Compute::new(gpu, ())?,
+            swift: Compute::new(gpu, ())?,
+            overlay: overlay::Pass::new(gpu)?,
+            developer: Developer::new(gpu)?,
+        };
+        let (prepared, bounds) = prepared(gpu, &renderer, &scene)?;
+        let light = Lighting::new(gpu, scene.ground.grid)?;
+        let mut live = Live {
+            gpu: gpu.clone(),
+            renderer,
+            passes,
+            scene,
+            prepared,
+            bounds,
+            light,
+            kept: Kept::default(),
+            canvas: None,
+            drawing: None,
+            timings: Vec::new(),
+        };
+        live.assume_open()?;
+        Ok(live)
+    }
+
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The ground's heights, water, wetness or coral have changed, in the images of the scene. A picture under way is given up.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn ground_changed(&mut self) -> gpu::Result<()> {
+        self.drawing = None;
+        self.bounds = self.renderer.patches.bound(&self.gpu, &self.scene.ground, &self.prepared.patches)?;
+        self.light.stale();
+        Ok(())
+    }
+
+    /// Other ground.
+    ///
+    /// # Errors
+    /// As [`Live::new`].
+    pub fn set_ground(&mut self, ground: Ground) -> gpu::Result<()> {
+        let same_grid = self.scene.ground.grid == ground.grid;
+        self.scene.ground = ground;
+        if same_grid {
+            return self.ground_changed();
+        }
+        self.drawing = None;
+        (self.prepared, self.bounds) = prepared(&self.gpu, &self.renderer, &self.scene)?;
+        self.light = Lighting::new(&self.gpu, self.scene.ground.grid)?;
+        self.kept = Kept::default();
+        self.assume_open()
+    }
+
+    /// # Errors
+    /// No memory for a picture of the sky.
+    pub fn set_light(&mut self, light: Light) -> gpu::Result<()> {
+        self.drawing = None;
+        if self.scene.light.sky != light.sky {
+            self.prepared.panorama = scene::panorama(&self.gpu, &light.sky)?;
+        }
+        self.scene.light = light;
+        self.light.stale();
+        Ok(())
+    }
+
+    pub fn set_sea(&mut self, sea: Sea) {
+        self.drawing = None;
+        self.scene.sea = sea;
+        self.light.stale();
+    }
+
+    pub fn set_surface(&mut self, surface: Surface) {
+        self.drawing = None;
+        self.scene.surface = surface;
+        self.light.stale();
+    }
+
+    pub fn set_population(&mut self, population: Population) {
+        self.drawing = None;
+        self.scene.population = population;
+        self.kept = Kept::default();
+    }
+
+    /// Where `camera` stands on the ground as it is now.
+    pub fn stand(&self, camera: Camera, film: &Film) -> Pinhole {
+        let scene = Scene { camera, population: Population::default(), ..self.scene.clone() };
+        patches::camera(&scene, film, &self.bounds)
+    }
+
+    /// Whether light is that of the scene as it is now.
+    pub fn is_lit(&self) -> bool {
+        self.light.stale == 0
+    }
+
+    /// Measures light anew on some more rows of the ground, for about as long as `budget` (but at least one row); after the last row comes
+    /// the first one again. False once there are none left whose light isn't that of the scene.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn relight(&mut self, budget: Duration) -> gpu::Result<bool> {
+        let cells = side(self.scene.ground.grid);
+        if self.light.stale == 0 {
+            return Ok(false);
+        }
+        let row = self.light.row;
+        let count = self.light.pace.rows(budget.min(SLICE)).min(cells - row).min(self.light.stale);
+        let start = Instant::now();
+        let mut rec = self.recorder();
+        let frame = self.frame(&anywhere(), &NO_FILM, 1);
+        rec.upload(&self.prepared.frame, &[frame]);
+        let exposure = &self.light.exposure;
+        self.renderer.exposure.record(&mut rec, &self.scene, &self.prepared, exposure, row..row + count);
+        self.record_coat(&mut rec, row..row + count);
+        self.note(rec.submit()?.wait()?.timings);
+        self.light.pace.took(count, start.elapsed());
+        self.light.row = (row + count) % cells;
+        self.light.stale -= count;
+        Ok(self.light.stale > 0)
+    }
+
+    /// Draws a picture into `target`: [`Live::begin`] and all of its steps.
+    ///
+    /// # Errors
+    /// As [`Live::begin`].
+    pub fn draw(&mut self, view: &View, target: &Image<Rgba8>) -> gpu::Result<()> {
+        self.begin(view, target)?;
+        while self.step(SLICE)? {}
+        Ok(())
+    }
+
+    /// Begins a picture: finds how far away all is that it shows. A picture that was under way is given up. [`Live::step`] draws into
+    /// `target`, from the top down.
+    ///
+    /// # Errors
+    /// A target of another size than the film's; no memory; a lost device.
+    pub fn begin(&mut self, view: &View, target: &Image<Rgba8>) -> gpu::Result<()> {
+        self.drawing = None;
+        self.timings.clear();
+        let film = &view.film;
+        let pixels = [film.width, film.height];
+        if target.size() != pixels {
+            let [width, height] = target.size();
+            let error = format!("a picture of {} × {} in an image of {width} × {height}", film.width, film.height);
+            return Err(gpu::Error::Unsupported(error));
+        }
+        let size = pixels.map(|side| side * view.samples);
+        if self.canvas.as_ref().is_none_or(|canvas| canvas.range.size() != size) {
+            // First the old one goes, so that there is room.
+            self.canvas = None;
+            self.canvas = Some(Canvas::new(&self.gpu, size)?);
+        }
+        let frame = self.frame(&view.camera, film, view.samples);
+        self.prepared.camera = view.camera;
+        self.prepared.sample_angle = frame.sample_angle;
+        let mut rec = self.recorder();
+        rec.upload(&self.prepared.frame, &[frame]);
+        let whole = [[1.0; 2], [0.0; 2]];
+        if let Some(Canvas { range, depth, .. }) = &self.canvas {
+            self.renderer.record_range(&mut rec, (&self.prepared, &self.scene), whole, range, depth);
+        }
+        self.note(rec.submit()?.wait()?.timings);
+        let care = match view.detail {
+            Detail::Swift => Care::Swift,
+            Detail::Full => Care::Full,
+        };
+        let population = &self.renderer.population;
+        let crowd = population.look(&self.gpu, &self.scene, &self.prepared, &mut self.kept, care)?;
+        self.draw_plants(&crowd, size)?;
+        self.drawing = Some(Drawing { view: view.clone(), target: target.clone(), crowd, row: 0 });
+        Ok(())
+    }
+
+    /// Draws some more rows of the picture under way, for about as long as `budget` (but at least one row). False once it is finished, or
+    /// if there is none.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn step(&mut self, budget: Duration) -> gpu::Result<bool> {
+        let (Some(drawing), Some(canvas)) = (&self.drawing, &self.canvas) else { return Ok(false) };
+        let View { film, samples, detail, overlay, .. } = &drawing.view;
+        let pace = canvas.pace[*detail as usize];
+        let first = drawing.row;
+        let count = (pace.rows(budget.min(SLICE)) / samples).clamp(1, film.height - first);
+        let rows = first..first + count;
+        let start = Instant::now();
+        let mut rec = self.recorder();
+        let lines = rows.start * samples..rows.end * samples;
+        let Canvas { range, radiance, .. } = canvas;
+        match detail {
+            Detail::Swift => self.record_swift(&mut rec, &drawing.crowd, lines, canvas),
+            Detail::Full => {
+                let exposure = &self.light.exposure;
+                let lit =
+                    Lit { scene: &self.scene, prepared: &self.prepared, exposure, crowd: &drawing.crowd };
+                self.renderer.record_shade(&mut rec, &lit, ([0; 2], lines), range, radiance);
+            }
+        }
+        let development =
+            Development { samples: *samples, exposure: film.exposure, tone_map: film.tone_map };
+        let (developer, target) = (&self.passes.developer, &drawing.target);
+        developer.develop_rows(&mut rec, radiance, target, development, rows.clone());
+        if let Some(overlay) = overlay {
+            let seen = (&self.prepared.frame, range, *samples);
+            self.passes.overlay.record(&mut rec, overlay, seen, target, rows);
+        }
+        let (index, height, samples) = (*detail as usize, film.height, *samples);
+        let timings = rec.submit()?.wait()?.timings;
+        self.note(timings);
+        if let Some(canvas) = &mut self.canvas {
+            canvas.pace[index].took(count * samples, start.elapsed());
+        }
+        let row = first + count;
+        match &mut self.drawing {
+            Some(drawing) if row < height => drawing.row = row,
+            _ => self.drawing = None,
+        }
+        Ok(self.drawing.is_some())
+    }
+
+    /// The ground as maps, in the light as it is measured so far.
+    ///
+    /// # Errors
+    /// A lost device, or no memory.
+    pub fn maps(&self) -> gpu::Result<Maps> {
+        self.renderer.maps.draw(&self.gpu, &self.scene, &self.prepared, &self.light.exposure)
+    }
+
+    /// Time on the device of the picture drawn last and of what was lit since, by pass; empty where a device doesn't tell.
+    pub fn timings(&self) -> &[Timing] {
+        &self.timings
+    }
+
+    fn recorder(&self) -> Recorder {
+        Recorder::timed(&self.gpu, 16)
+    }
+
+    fn note(&mut self, timings: Vec<Timing>) {
+        for timing in timings {
+            match self.timings.iter_mut().find(|known| known.name == timing.name) {
+                Some(known) => known.duration += timing.duration,
+                None => self.timings.push(timing),
+            }
+        }
+    }
+
+    fn frame(&self, camera: &Pinhole, film: &Film, samples: u32) -> Frame {
+        values(&self.scene, film, samples, camera, top(&self.bounds))
+    }
+
+    /// Light where nothing hides anything: something to show before it is measured.
+    fn assume_open(&mut self) -> gpu::Result<()> {
+        let mut rec = self.recorder();
+        let frame = self.frame(&anywhere(), &NO_FILM, 1);
+        rec.upload(&self.prepared.frame, &[frame]);
+        let texels = (side(self.scene.ground.grid) as usize).pow(2);
+        rec.upload(&self.light.exposure.shelter.openness, &vec![1.0; texels]);
+        rec.upload(&self.light.exposure.shadow, &vec![[-1e9, 0.0]; texels]);
+        rec.submit()?.wait()?;
+        let cells = side(self.scene.ground.grid);
+        let mut row = 0;
+        while row < cells {
+            let count = self.light.pace.rows(SLICE).min(cells - row);
+            let start = Instant::now();
+            let mut rec = self.recorder();
+            self.record_coat(&mut rec, row..row + count);
+            self.note(rec.submit()?.wait()?.timings);
+            self.light.pace.took(count, start.elapsed());
+            row += count;
+        }
+        Ok(())
+    }
+
+    /// What the ground looks like, on some rows.
+    fn record_coat(&self, rec: &mut Recorder, rows: Range<u32>) {
+        let ground = &self.scene.ground;
+        let Lighting { exposure, coat, relief, .. } = &self.light;
+        let cells = side(ground.grid);
+        rec.dispatch(
+            &self.passes.coat,
+            [cells, rows.len() as u32],
+            coat::Push { cells: cells as i32, first: rows.start as i32 },
+            coat::Bindings {
+                frame: &self.prepared.frame,
+                panorama: &self.prepared.panorama,
+                height: &ground.height,
+                wetness: &ground.wetness,
+                reef: &ground.reef,
+                openness: &exposure.shelter.openness,
+                surf: &exposure.shelter.surf,
+                shadow: &exposure.shadow,
+                glow: &exposure.glow,
+                coat,
+                relief,
+            },
+        );
+    }
+
+    fn record_swift(&self, rec: &mut Recorder, crowd: &Crowd, rows: Range<u32>, canvas: &Canvas) {
+        let ground = &self.scene.ground;
+        let Lighting { exposure, coat, relief, .. } = &self.light;
+        let Canvas { range, radiance, .. } = canvas;
+        rec.dispatch(
+            &self.passes.swift,
+            [range.size()[0], rows.len() as u32],
+            swift::Push { coarse_cells: coat.size()[0] as i32, first: rows.start as i32 },
+            swift::Bindings {
+                frame: &self.prepared.frame,
+                panorama: &self.prepared.panorama,
+                range,
+                radiance,
+                height: &ground.height,
+                water: &ground.water,
+                openness: &exposure.shelter.openness,
+                shadow: &exposure.shadow,
+                coat,
+                relief,
+                canopy: &crowd.canopy,
+            },
+        );
+    }
+
+    /// Draws and shades whoever is seen.
+    fn draw_plants(&mut self, crowd: &Crowd, size: [u32; 2]) -> gpu::Result<()> {
+        let Some(canvas) = self.canvas.as_mut().filter(|_| crowd.materials().is_some()) else { return Ok(()) };
+        let plant = match &canvas.plant {
+            Some(plant) => plant.clone(),
+            None => canvas.plant.insert(Image::new(&self.gpu, "plant", size)?).clone(),
+        };
+        let Canvas { range, depth, radiance, .. } = &*canvas;
+        let whole = [[1.0; 2], [0.0; 2]];
+        let (scene, prepared) = (&self.scene, &self.prepared);
+        let targets = (range, &plant, depth);
+        self.renderer.population.draw(&self.gpu, crowd, (scene, prepared), whole, targets)?;
+        let mut rec = Recorder::timed(&self.gpu, 16);
+        let lit = Lit { scene, prepared, exposure: &self.light.exposure, crowd };
+        self.renderer.record_foliage(&mut rec, &lit, [0; 2], (range, &plant), radiance);
+        let timings = rec.submit()?.wait()?.timings;
+        self.note(timings);
+        Ok(())
+    }
+}
+
+/// Where no picture is drawn.
+const NO_FILM: Film = Film { width: 1, height: 1, exposure: 1.0, tone_map: scene::ToneMap::None };
+
+/// A camera for passes that look at nothing.
+fn anywhere() -> Pinhole {
+    Pinhole::look_along(glam::Vec3::ZERO, glam::Vec3::NEG_Z, 1.0, 1.0)
+}
+
+/// What pictures of the scene share, and the bounds of its ground.
+fn prepared(gpu: &Gpu, renderer: &Renderer, scene: &Scene) -> gpu::Result<(Prepared, Vec<Patch>)> {
+    let side = patches::side(scene.ground.grid);
+    let patches = Buffer::new(gpu, "patches", (side * side) as usize)?;
+    let bounds = renderer.patches.bound(gpu, &scene.ground, &patches)?;
+    let prepared = Prepared {
+        camera: anywhere(),
+        sample_angle: 1.0,
+        frame: Buffer::new(gpu, "frame", 1)?,
+        panorama: scene::panorama(gpu, &scene.light.sky)?,
+        patches,
+        patches_per_side: side,
+    };
+    Ok((prepared, bounds))
+}
+
+impl Lighting {
+    fn new(gpu: &Gpu, grid: Grid) -> gpu::Result<Lighting> {
+        let cells = side(grid);
+        Ok(Lighting {
+            exposure: Exposure::new(gpu, grid)?,
+            coat: Image::new(gpu, "coat", [cells; 2])?,
+            relief: Image::new(gpu, "relief", [cells; 2])?,
+            row: 0,
+            stale: cells,
+            pace: Pace::guessed(cells),
+        })
+    }
+
+    fn stale(&mut self) {
+        self.stale = self.coat.size()[1];
+    }
+}
+
+impl Canvas {
+    fn new(gpu: &Gpu, size: [u32; 2]) -> gpu::Result<Canvas> {
+        Ok(Canvas {
+            range: Image::new(gpu, "range", size)?,
+            depth: Image::new(gpu, "depth", size)?,
+            radiance: Image::new(gpu, "radiance", size)?,
+            plant: None,
+            pace: [Pace::guessed(size[0]); 2],
+        })
+    }
+}
