@@ -14,6 +14,7 @@ pub mod program;
 pub mod scenery;
 pub mod stage;
 pub mod tiff;
+pub mod zoom;
 
 use std::{
     ops::Deref,
