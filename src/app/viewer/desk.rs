@@ -50,6 +50,9 @@ enum Other {
     New,
     OpenFolder,
     Pace(Pacing),
+    /// Places that were remembered.
+    GoTo(String),
+    Forget(String),
 }
 
 pub struct Desk {
@@ -730,7 +733,7 @@ impl Desk {
                 ui.separator();
                 item(ui, open, "Copy the command line of this view", Action::CopyCommand);
                 item(ui, open, "Remember this place as 1", Action::SetBookmark(1));
-                item(ui, open, "Back to place 1", Action::Bookmark(1));
+                ui.menu_button("Places", |ui| other = other.take().or(self.places(ui)));
                 ui.separator();
                 item(ui, true, "Panels", Action::TogglePanels);
                 item(ui, true, "Full screen", Action::FullScreen);
@@ -754,12 +757,39 @@ impl Desk {
         match other {
             Some(Other::New) => self.ask_for(Next::New),
             Some(Other::OpenFolder) => self.ask(Purpose::OpenFolder, ""),
+            Some(Other::GoTo(name)) => self.go_back(&name),
+            Some(Other::Forget(name)) => {
+                if let Some(document) = &self.document {
+                    self.state.remove_bookmark(document.source(), &name);
+                }
+            }
             Some(Other::Pace(pacing)) => {
                 self.pacing = pacing;
                 self.wishes.push(Wish::Pace(pacing));
             }
             None => {}
         }
+    }
+
+    /// Places to go back to.
+    fn places(&self, ui: &mut Ui) -> Option<Other> {
+        let mut clicked = None;
+        let bookmarks = self.document.as_ref().map_or(&[][..], |document| self.state.bookmarks(document.source()));
+        if bookmarks.is_empty() {
+            ui.weak("none yet");
+        }
+        for Bookmark { name, .. } in bookmarks {
+            ui.horizontal(|ui| {
+                if ui.button(name).clicked() {
+                    clicked = Some(Other::GoTo(name.clone()));
+                    ui.close();
+                }
+                if ui.add(egui::Button::new("✖").frame(false)).on_hover_text("Forget it").clicked() {
+                    clicked = Some(Other::Forget(name.clone()));
+                }
+            });
+        }
+        clicked
     }
 
     fn notices(&mut self, ui: &mut Ui) {

@@ -384,14 +384,6 @@ impl Live {
         Ok(self.drawing.is_some())
     }
 
-    /// The ground as maps, in the light as it is measured so far.
-    ///
-    /// # Errors
-    /// A lost device, or no memory.
-    pub fn maps(&self) -> gpu::Result<Maps> {
-        self.renderer.maps.draw(&self.gpu, &self.scene, &self.prepared, &self.light.exposure)
-    }
-
     /// Time on the device of the picture drawn last and of what was lit since, by pass; empty where a device doesn't tell.
     pub fn timings(&self) -> &[Timing] {
         &self.timings
