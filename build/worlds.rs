@@ -11,7 +11,8 @@ pub fn rust(folder: &Path) -> Result<String, String> {
     let mut text = String::from("&[\n");
     for file in files {
         let whole = root.join(&file);
-        writeln!(text, "    ({file:?}, include_bytes!({whole:?}) as &[u8]),").expect("a string can be written to");
+        writeln!(text, "    ({file:?}, include_bytes!({whole:?}) as &[u8]),")
+            .expect("a string can be written to");
     }
     Ok(text + "]\n")
 }
@@ -21,7 +22,8 @@ fn collect(folder: &Path, files: &mut Vec<String>) -> Result<(), String> {
 }
 
 fn collect_below(root: &Path, folder: &Path, files: &mut Vec<String>) -> Result<(), String> {
-    let entries = fs::read_dir(folder).map_err(|error| format!("cannot read {}: {error}", folder.display()))?;
+    let entries =
+        fs::read_dir(folder).map_err(|error| format!("cannot read {}: {error}", folder.display()))?;
     for entry in entries {
         let path = entry.map_err(|error| format!("cannot read {}: {error}", folder.display()))?.path();
         if path.is_dir() {

@@ -11,8 +11,8 @@ use std::path::Path;
 use std::time::Duration;
 
 /// A small island that is done in seconds.
-const ISLAND: &str = "# A comment that stays.\nformat = 1\n\n[terrain]\ncells = 64 # few\n\n\
-    [erosion.hydraulic]\nduration = 40\n\n[erosion.thermal]\nrepose = 35\n\n[render]\nspp = 4096\n";
+const ISLAND: &str = "# A comment that stays.\nformat = 1\nreef = \"none\"\n\n[terrain]\ncells = 64 # few\n\n\
+    [erosion.hydraulic]\nduration = 40 # seconds\n\n[erosion.thermal]\nrepose = 35\n\n[render]\nspp = 4096\n";
 
 const ZOOM: &str = "format = 1\n\n[zoom]\ntile = 4\ndepth = 3\n";
 
@@ -30,16 +30,21 @@ fn text(folder: &Path, name: &str) -> String {
 
 #[test]
 fn an_island_is_watched_changed_and_left() {
-    let folder = folder_with(&[("island.toml", ISLAND), ("other.toml", ISLAND)]);
+    // It goes on for as long as the test.
+    let island = ISLAND.replace("duration = 40", "duration = 100000");
+    let folder = folder_with(&[("island.toml", &island)]);
     let folder = folder.path();
     let desktop = Desktop::new();
     let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x540"], &[]);
     viewer.see("Simulation");
 
-    // Another seed, typed into its field.
+    // Keys are found by words.
     viewer.push("find a key");
-    viewer.type_in("seed");
-    viewer.see("seed");
+    viewer.type_in("talus");
+    viewer.see_no("camera");
+    viewer.key("ctrl+a");
+    viewer.key("BackSpace");
+    viewer.see("camera");
     viewer.key("Escape");
 
     // Processes off and on, a single step, and from the start.
@@ -60,14 +65,17 @@ fn an_island_is_watched_changed_and_left() {
     viewer.key("ctrl+s");
     viewer.see_no("not saved");
     let saved = text(folder, "island.toml");
-    assert!(saved.contains("look_at") && saved.contains("# A comment that stays.") && saved.contains("64 # few"), "{saved}");
+    assert!(
+        saved.contains("look_at") && saved.contains("# A comment that stays.") && saved.contains("64 # few"),
+        "{saved}"
+    );
 
     // Taken back, and done again.
     viewer.key("ctrl+z");
     viewer.see("not saved");
     viewer.key("ctrl+s");
     viewer.see_no("not saved");
-    assert_eq!(text(folder, "island.toml"), ISLAND);
+    assert_eq!(text(folder, "island.toml"), island);
     viewer.key("ctrl+y");
     viewer.see("not saved");
     viewer.key("ctrl+z");
@@ -88,8 +96,24 @@ fn an_island_is_watched_changed_and_left() {
     viewer.key("F11");
 
     viewer.key("ctrl+q");
-    let output = viewer.end();
-    good(&output);
+    good(&viewer.end());
+}
+
+#[test]
+fn a_picture_is_traced_and_saved() {
+    let folder = folder_with(&[("island.toml", ISLAND)]);
+    let folder = folder.path();
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x540"], &[]);
+    viewer.see("finished");
+    viewer.push("Path tracing");
+    viewer.push("Trace paths");
+    viewer.see("Stop");
+    viewer.see("error about");
+    viewer.push("Stop");
+    viewer.see("Trace paths");
+    viewer.key("ctrl+q");
+    good(&viewer.end());
 }
 
 #[test]
@@ -132,7 +156,8 @@ fn what_is_not_saved_is_offered_again() {
 fn windows_that_fail_are_made_again() {
     let folder = folder_with(&[("island.toml", ISLAND)]);
     let desktop = Desktop::new();
-    let failures = "acquire:3:out_of_date,acquire:6:surface_lost,present:4:out_of_date,present:9:surface_lost";
+    let failures =
+        "acquire:3:out_of_date,acquire:6:surface_lost,present:4:out_of_date,present:9:surface_lost";
     let arguments = ["island.toml", "--size", "480x270", "--exit-after", "40", "--json"];
     let viewer = desktop.view(folder.path(), &arguments, &[("TERRANE_LOSE_WINDOW", failures)]);
     let output = viewer.end();
@@ -146,8 +171,11 @@ fn a_lost_device_ends_it_and_nothing_else() {
     let desktop = Desktop::new();
     for at in ["acquire", "submit", "present"] {
         let failure = format!("{at}:300:device_lost");
-        let mut viewer =
-            desktop.view(folder.path(), &["island.toml", "--size", "960x540"], &[("TERRANE_LOSE_WINDOW", &failure)]);
+        let mut viewer = desktop.view(
+            folder.path(),
+            &["island.toml", "--size", "960x540"],
+            &[("TERRANE_LOSE_WINDOW", &failure)],
+        );
         viewer.push("Put this view into the world");
         viewer.see("not saved");
         // Frames, until it happens.
@@ -159,4 +187,89 @@ fn a_lost_device_ends_it_and_nothing_else() {
         assert!(kept.flatten().any(|file| file.path().extension().is_some_and(|ending| ending == "json")));
         fs::remove_dir_all(folder.path().join("state")).expect("it is there");
     }
+}
+
+/// Keys and mouse at random, for about so many frames. Nothing that asks for a file, and nothing that ends it.
+fn monkey(seed: u64, frames: u32) -> String {
+    const KEYS: [&str; 24] = [
+        "W",
+        "A",
+        "S",
+        "D",
+        "Space",
+        "C",
+        "Q",
+        "E",
+        "F",
+        "F1",
+        "F2",
+        "Home",
+        "Enter",
+        "Period",
+        "Backspace",
+        "Escape",
+        "Tab",
+        "ArrowLeft",
+        "ArrowUp",
+        "ctrl+Z",
+        "ctrl+Y",
+        "1",
+        "ctrl+1",
+        "F5",
+    ];
+    // Splitmix64 (Steele, Lea & Flood 2014).
+    let mut state = seed;
+    let mut random = move |most: u64| {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (mixed ^ (mixed >> 31)) % most
+    };
+    let mut script = String::new();
+    let mut spent = 0;
+    while spent < frames {
+        let mut point = || format!("{} {}", random(320), 24 + random(156));
+        let (from, to) = (point(), point());
+        let (line, cost) = match random(12) {
+            0..4 => (format!("key {}", KEYS[random(KEYS.len() as u64) as usize]), 2),
+            4 => (format!("press {}", KEYS[random(8) as usize]), 1),
+            5 => (format!("release {}", KEYS[random(8) as usize]), 1),
+            6..8 => (format!("click {from}"), 3),
+            8 => (format!("drag {from} {to}"), 11),
+            9 => (format!("drag {from} {to} right"), 11),
+            10 => (format!("wheel {}", random(7) as i64 - 3), 1),
+            _ => (format!("resize {} {}", 320 + random(80), 180 + random(60)), 1),
+        };
+        script += &line;
+        script.push('\n');
+        spent += cost;
+    }
+    script
+}
+
+#[test]
+fn a_monkey_breaks_nothing() {
+    let script = monkey(1, 500) + "quit\n";
+    let folder = folder_with(&[("island.toml", ISLAND), ("monkey.txt", &script)]);
+    let desktop = Desktop::new();
+    let arguments = ["island.toml", "--size", "320x180", "--script", "monkey.txt"];
+    good(&desktop.view(folder.path(), &arguments, &[]).end());
+}
+
+#[test]
+#[ignore = "minutes: make test-long"]
+fn a_monkey_breaks_nothing_for_long_and_takes_no_more_memory() {
+    // What is there once is there for good: it counts from a quarter of the way on.
+    let parts = [monkey(2, 2000), monkey(3, 6000)];
+    let script = format!("{}screenshot early.png\n{}screenshot late.png\nwait 5\nquit\n", parts[0], parts[1]);
+    let folder = folder_with(&[("island.toml", ISLAND), ("monkey.txt", &script)]);
+    let folder = folder.path();
+    let desktop = Desktop::new();
+    let arguments = ["island.toml", "--size", "320x180", "--script", "monkey.txt"];
+    let mut viewer = desktop.view(folder, &arguments, &[]);
+    let [early, late] = ["early.png", "late.png"]
+        .map(|name| viewer.wait(name, |viewer| folder.join(name).exists().then(|| viewer.resident())));
+    good(&viewer.end());
+    println!("{early} KiB early, {late} KiB late");
+    assert!(late as f64 <= 1.01 * early as f64, "{early} KiB, then {late} KiB");
 }

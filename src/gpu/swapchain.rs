@@ -171,9 +171,7 @@ impl Swapchain {
         let next = self.failures.at("acquire").map_or_else(
             || {
                 // SAFETY: the swapchain is alive and used by this thread alone; nothing waits for the semaphore.
-                unsafe {
-                    self.functions.acquire_next_image(chain.raw, PATIENCE, acquired, vk::Fence::null())
-                }
+                unsafe { self.functions.acquire_next_image(chain.raw, PATIENCE, acquired, vk::Fence::null()) }
             },
             Err,
         );
@@ -212,10 +210,8 @@ impl Swapchain {
     fn present(&self, index: u32, drawn: vk::Semaphore) -> std::result::Result<bool, vk::Result> {
         let Some(chain) = &self.chain else { return Ok(true) };
         let (chains, indices, waits) = ([chain.raw], [index], [drawn]);
-        let info = vk::PresentInfoKHR::default()
-            .wait_semaphores(&waits)
-            .swapchains(&chains)
-            .image_indices(&indices);
+        let info =
+            vk::PresentInfoKHR::default().wait_semaphores(&waits).swapchains(&chains).image_indices(&indices);
         let queue = self.gpu.queue();
         // SAFETY: the image was acquired, and the submission that draws it signals the semaphore; the queue is locked.
         unsafe { self.functions.queue_present(*queue, &info) }
@@ -272,9 +268,8 @@ impl Swapchain {
         self.stale = true;
         let family = self.gpu.shared().queue_family;
         // SAFETY: the surface was just made from this instance.
-        let supported = unsafe {
-            self.surfaces.get_physical_device_surface_support(physical, family, self.surface)
-        };
+        let supported =
+            unsafe { self.surfaces.get_physical_device_surface_support(physical, family, self.surface) };
         match supported.map_err(vk_error("vkGetPhysicalDeviceSurfaceSupportKHR"))? {
             true => Ok(()),
             false => Err(Error::Unsupported("showing pictures in this window; try another --device".into())),
@@ -353,7 +348,8 @@ impl Swapchain {
         // SAFETY: device and surface are alive.
         let formats = unsafe { self.surfaces.get_physical_device_surface_formats(physical, self.surface) }
             .map_err(vk_error("vkGetPhysicalDeviceSurfaceFormatsKHR"))?;
-        let wanted = [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::A8B8G8R8_UNORM_PACK32];
+        let wanted =
+            [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_UNORM, vk::Format::A8B8G8R8_UNORM_PACK32];
         let srgb = vk::ColorSpaceKHR::SRGB_NONLINEAR;
         let found = wanted.iter().find_map(|wanted| {
             formats.iter().find(|format| format.format == *wanted && format.color_space == srgb)
@@ -437,7 +433,8 @@ fn copy(rec: &mut Recorder, image: &Image<Rgba8>, to: vk::Image, size: [u32; 2])
         let (none, write) = (vk::AccessFlags2::NONE, vk::AccessFlags2::TRANSFER_WRITE);
         let before = turn(vk::ImageLayout::UNDEFINED, destination, none, write);
         let after = turn(destination, vk::ImageLayout::PRESENT_SRC_KHR, write, none);
-        let corner = |size: [u32; 2]| vk::Offset3D { x: size[0].cast_signed(), y: size[1].cast_signed(), z: 1 };
+        let corner =
+            |size: [u32; 2]| vk::Offset3D { x: size[0].cast_signed(), y: size[1].cast_signed(), z: 1 };
         let layers = from.copy_region().image_subresource;
         let blit = vk::ImageBlit::default()
             .src_subresource(layers)

@@ -21,13 +21,13 @@ pub struct Desktop {
 const SCREEN: &str = "1280x800x24";
 
 /// How long anything may take. Shaders are compiled for minutes where that was never done.
-const PATIENCE: Duration = Duration::from_secs(600);
+const PATIENCE: Duration = Duration::from_secs(300);
 
 impl Desktop {
     pub fn new() -> Desktop {
         let folder = tempfile::tempdir().expect("a folder");
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", SCREEN, "-nolisten", "tcp", "-fbdir"])
+            .args(["-displayfd", "1", "-screen", "0", SCREEN, "-nolisten", "tcp", "-noreset", "-fbdir"])
             .arg(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -111,7 +111,7 @@ impl Viewer<'_> {
 
     /// Tries until there is something.
     #[track_caller]
-    fn wait<T>(&mut self, what: &str, mut look: impl FnMut(&Self) -> Option<T>) -> T {
+    pub fn wait<T>(&mut self, what: &str, mut look: impl FnMut(&Self) -> Option<T>) -> T {
         let begun = Instant::now();
         loop {
             if let Some(found) = look(self) {
@@ -155,9 +155,10 @@ impl Viewer<'_> {
     #[track_caller]
     pub fn see_no(&mut self, name: &str) {
         self.wait(&format!("end of {name}"), |viewer| {
-            let is_there = viewer.shown().lines().any(|line| {
-                line.splitn(3, ' ').nth(2).is_some_and(|found| found.starts_with(name))
-            });
+            let is_there = viewer
+                .shown()
+                .lines()
+                .any(|line| line.splitn(3, ' ').nth(2).is_some_and(|found| found.starts_with(name)));
             (!is_there).then_some(())
         });
     }
@@ -215,6 +216,14 @@ impl Viewer<'_> {
 
     pub fn restore(&self) {
         self.hand(&["windowmap", &self.window, "windowactivate", "--sync", &self.window]);
+    }
+
+    /// Memory of its process, KiB.
+    pub fn resident(&self) -> u64 {
+        let id = self.child.as_ref().expect("it runs").id();
+        let status = fs::read_to_string(format!("/proc/{id}/status")).expect("it runs");
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("it is told");
+        line.trim().trim_end_matches("kB").trim().parse().expect("a number")
     }
 
     /// Waits until it has ended.

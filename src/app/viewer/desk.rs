@@ -176,7 +176,7 @@ impl Desk {
     /// Shows a world.
     fn take(&mut self, document: Document) {
         let world = document.world().clone();
-        self.wishes.push(Wish::Title(format!("{} – terrane", world.name)));
+        self.wishes.push(Wish::Title(format!("{} - terrane", world.name)));
         self.state.opened(document.source());
         self.engine.send(Command::Open(world.clone()));
         (self.frame, self.status, self.look, self.on_disk) = Default::default();
@@ -344,7 +344,10 @@ impl Desk {
         if self.panels && self.document.is_some() {
             let most = (ui.available_width() * 0.45).max(120.0);
             Panel::bottom("status").show(ui, |ui| self.status_bar(ui));
-            Panel::left("world").default_size(310.0_f32.min(most)).max_size(most).show(ui, |ui| self.controls(ui));
+            Panel::left("world")
+                .default_size(310.0_f32.min(most))
+                .max_size(most)
+                .show(ui, |ui| self.controls(ui));
             if ui.available_width() > 560.0 {
                 Panel::right("timings").default_size(230.0).max_size(most).show(ui, |ui| {
                     ui.add_space(4.0);
@@ -486,7 +489,8 @@ impl Desk {
 
     /// Worlds that are dropped on the window.
     fn dropped(&mut self, ui: &Ui) {
-        let path = ui.input(|input| input.raw.dropped_files.first().and_then(|file| Some(file.path().to_path_buf())));
+        let path = ui
+            .input(|input| input.raw.dropped_files.first().and_then(|file| Some(file.path().to_path_buf())));
         if let Some(path) = path {
             self.ask_for(Next::Open(path));
         }
@@ -495,7 +499,8 @@ impl Desk {
     // Files -----------------------------------------------------------------------------------------------------------
 
     fn ask(&mut self, purpose: Purpose, name: &str) {
-        let folder = self.document.as_ref().and_then(|document| document.source().parent()).map(Path::to_path_buf);
+        let folder =
+            self.document.as_ref().and_then(|document| document.source().parent()).map(Path::to_path_buf);
         self.chooser.ask(purpose, &folder.unwrap_or_default(), name);
     }
 
@@ -535,7 +540,7 @@ impl Desk {
             Ok(()) => {
                 self.on_disk = OnDisk::Same;
                 self.state.opened(path);
-                self.wishes.push(Wish::Title(format!("{} – terrane", document.world().name)));
+                self.wishes.push(Wish::Title(format!("{} - terrane", document.world().name)));
                 if let Some(document) = self.document.take() {
                     self.watch(&document);
                     self.document = Some(document);
@@ -665,11 +670,16 @@ impl Desk {
         let name = self.name("png");
         let [width, height] = self.size;
         Some(match self.pose()? {
-            Pose::Zoom(code) => format!("terrane render '{world}' --from {code} --size {width}x{height} -o {name}"),
+            Pose::Zoom(code) => {
+                format!("terrane render '{world}' --from {code} --size {width}x{height} -o {name}")
+            }
             Pose::Land(_) => {
                 let (path, value) = self.camera_keys()?;
                 let value = value.to_string();
-                format!("terrane render '{world}' --set '{path}={}' --size {width}x{height} -o {name}", value.trim())
+                format!(
+                    "terrane render '{world}' --set '{path}={}' --size {width}x{height} -o {name}",
+                    value.trim()
+                )
             }
         })
     }
@@ -715,7 +725,9 @@ impl Desk {
                 item(ui, true, "Leave", Action::Quit);
             });
             let (undo, redo) = match &self.document {
-                Some(document) => (document.undo_name().map(String::from), document.redo_name().map(String::from)),
+                Some(document) => {
+                    (document.undo_name().map(String::from), document.redo_name().map(String::from))
+                }
                 None => (None, None),
             };
             ui.menu_button("Edit", |ui| {
@@ -774,7 +786,8 @@ impl Desk {
     /// Places to go back to.
     fn places(&self, ui: &mut Ui) -> Option<Other> {
         let mut clicked = None;
-        let bookmarks = self.document.as_ref().map_or(&[][..], |document| self.state.bookmarks(document.source()));
+        let bookmarks =
+            self.document.as_ref().map_or(&[][..], |document| self.state.bookmarks(document.source()));
         if bookmarks.is_empty() {
             ui.weak("none yet");
         }
@@ -831,7 +844,8 @@ impl Desk {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let dirty = self.document.as_ref().is_some_and(Document::is_dirty);
                 ui.label(format!("speed ×{:.2}", self.speed.exp2()));
-                if let Some(scale) = self.frame.as_ref().map(|frame| frame.scale).filter(|scale| *scale < 1.0) {
+                if let Some(scale) = self.frame.as_ref().map(|frame| frame.scale).filter(|scale| *scale < 1.0)
+                {
                     ui.weak(format!("picture {:.0} %", 100.0 * scale));
                 }
                 if dirty {
@@ -850,7 +864,9 @@ impl Desk {
         match &self.status.world {
             WorldStatus::None => {}
             WorldStatus::Land { .. } => {
-                folded(ui, "Simulation", true, |ui| commands.extend(land::simulation(ui, &world, &self.status)));
+                folded(ui, "Simulation", true, |ui| {
+                    commands.extend(land::simulation(ui, &world, &self.status))
+                });
                 folded(ui, "Layers", false, |ui| {
                     commands.extend(land::layers(ui, &world, &self.status, &mut self.look));
                 });
@@ -864,7 +880,9 @@ impl Desk {
                 });
             }
             WorldStatus::Zoom { .. } => {
-                folded(ui, "Flight", true, |ui| commands.extend(zoom::show(ui, &self.status, &mut self.code)));
+                folded(ui, "Flight", true, |ui| {
+                    commands.extend(zoom::show(ui, &self.status, &mut self.code))
+                });
             }
         }
         commands.into_iter().for_each(|command| self.engine.send(command));
@@ -927,7 +945,9 @@ impl Desk {
                 }
                 self.pending.clear();
             }
-            Some(Recovery::Discard(index)) if index < self.pending.len() => self.pending.remove(index).discard(),
+            Some(Recovery::Discard(index)) if index < self.pending.len() => {
+                self.pending.remove(index).discard()
+            }
             Some(Recovery::Later) => self.pending.clear(),
             _ => {}
         }
@@ -987,7 +1007,8 @@ impl Desk {
     /// The picture, and what the mouse does in it.
     fn view(&mut self, ui: &mut Ui, rect: Rect) {
         let pixels_per_point = ui.ctx().pixels_per_point();
-        let size = [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(0.0) as u32);
+        let size =
+            [rect.width(), rect.height()].map(|side| (side * pixels_per_point).round().max(0.0) as u32);
         if size != self.size {
             self.size = size;
             self.engine.send(Command::Size(size));
@@ -1003,7 +1024,13 @@ impl Desk {
                 Some((what, ..)) => format!("{what} …"),
                 None => "opening …".into(),
             };
-            painter.text(rect.center(), Align2::CENTER_CENTER, text, egui::FontId::proportional(16.0), Color32::GRAY);
+            painter.text(
+                rect.center(),
+                Align2::CENTER_CENTER,
+                text,
+                egui::FontId::proportional(16.0),
+                Color32::GRAY,
+            );
         }
         let moved = ui.input(|input| {
             let motions = input.events.iter().filter_map(|event| match event {

@@ -474,7 +474,9 @@ fn files(item: &Item, shape: &Shape, path: &KeyPath, found: &mut Vec<(KeyPath, S
         Shape::Table(table) => files_of_table(item, table, path, found),
         Shape::OneOf(alternatives) => {
             for alternative in alternatives {
-                let (Some(inner), Some(table)) = (item.get(alternative.name), &alternative.table) else { continue };
+                let (Some(inner), Some(table)) = (item.get(alternative.name), &alternative.table) else {
+                    continue;
+                };
                 files_of_table(inner, table, &path.join(alternative.name), found);
             }
         }
@@ -629,7 +631,10 @@ mod tests {
         document.set(&"seed".into(), value("5"));
         fs::write(&path, TEXT.replace("100", "90")).expect("it can be written");
         assert!(document.reload().expect("it is a world"));
-        assert_eq!((document.world().sea.level, document.world().seed, document.is_dirty()), (90.0, 2, false));
+        assert_eq!(
+            (document.world().sea.level, document.world().seed, document.is_dirty()),
+            (90.0, 2, false)
+        );
         // What had not been saved is a step away.
         assert!(document.undo());
         assert_eq!((document.world().seed, document.is_dirty()), (5, true));
@@ -704,7 +709,8 @@ mod tests {
     fn every_shipped_world_can_be_edited() {
         let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
         for kind in ["island", "forest", "landscape", "zoom"] {
-            for path in fs::read_dir(configs.join(kind)).expect("worlds").flatten().map(|found| found.path()) {
+            for path in fs::read_dir(configs.join(kind)).expect("worlds").flatten().map(|found| found.path())
+            {
                 if path.extension().is_none_or(|extension| extension != "toml") {
                     continue;
                 }

@@ -1,7 +1,8 @@
 //! Draws the user interface: what egui makes of it, triangles in clipped meshes.
 
 use crate::gpu::{
-    self, Blend, Buffer, Cull, Depth, Gpu, Image, IndexedDraw, Load, Raster, RasterState, Recorder, Targets, Topology,
+    self, Blend, Buffer, Cull, Depth, Gpu, Image, IndexedDraw, Load, Raster, RasterState, Recorder, Targets,
+    Topology,
     format::{Format, Rgba8},
 };
 use crate::shaders::{PanelVertex, viewer::panel};
@@ -54,13 +55,7 @@ impl Painter {
             blend: Blend::Premultiplied,
         };
         let pass = Raster::new(gpu, (), &state)?;
-        Ok(Painter {
-            gpu: gpu.clone(),
-            pass,
-            textures: HashMap::new(),
-            meshes: Default::default(),
-            turn: 0,
-        })
+        Ok(Painter { gpu: gpu.clone(), pass, textures: HashMap::new(), meshes: Default::default(), turn: 0 })
     }
 
     /// Takes over what has changed of egui's textures, before the picture that shows them is painted.

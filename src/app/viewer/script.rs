@@ -47,7 +47,10 @@ impl Script {
         let bytes = formats::read_bytes(path, MOST_BYTES)?;
         let text = String::from_utf8_lossy(&bytes);
         Script::parse(&text).map_err(|(line, why)| {
-            Error::Usage(format!("{}, line {line}: {why}; docs/viewer.md tells what may stand there", path.display()))
+            Error::Usage(format!(
+                "{}, line {line}: {why}; docs/viewer.md tells what may stand there",
+                path.display()
+            ))
         })
     }
 
@@ -203,7 +206,9 @@ impl Player {
                     self.waited += 1;
                     done = false;
                     if self.waited >= PATIENCE {
-                        return Err(Error::Usage(format!("the script pushes `{name}`, and nothing of that name is shown")));
+                        return Err(Error::Usage(format!(
+                            "the script pushes `{name}`, and nothing of that name is shown"
+                        )));
                     }
                 }
             },
@@ -241,7 +246,9 @@ mod tests {
 
     #[test]
     fn lines_become_acts() {
-        let script = Script::parse("wait 3\n# nothing\nkey ctrl+Z\n  click 10 20 right  # there\nscreenshot a b.png\n");
+        let script = Script::parse(
+            "wait 3\n# nothing\nkey ctrl+Z\n  click 10 20 right  # there\nscreenshot a b.png\n",
+        );
         let undo = Modifiers::CTRL | Modifiers::COMMAND;
         let expected = vec![
             Act::Wait(3),
@@ -257,7 +264,17 @@ mod tests {
 
     #[test]
     fn what_is_no_act_is_told_with_its_line() {
-        for wrong in ["jump", "wait", "wait -1", "key Q Q", "key ctrl+Nothing", "click 1", "click 1 2 left right", "move a b", "type"] {
+        for wrong in [
+            "jump",
+            "wait",
+            "wait -1",
+            "key Q Q",
+            "key ctrl+Nothing",
+            "click 1",
+            "click 1 2 left right",
+            "move a b",
+            "type",
+        ] {
             let text = format!("wait 1\n{wrong}\n");
             assert!(matches!(Script::parse(&text), Err((2, _))), "{wrong}");
         }

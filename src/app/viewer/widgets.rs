@@ -32,7 +32,8 @@ impl Widgets {
         let Some(update) = update else { return };
         self.found.clear();
         for (_, node) in &update.nodes {
-            let name = node.label().or_else(|| node.value());
+            let names = [node.label(), node.value(), node.placeholder()];
+            let name = names.into_iter().flatten().find(|name| !name.is_empty());
             if let (Some(name), Some(bounds)) = (name, node.bounds()) {
                 let corner = |x: f64, y: f64| Pos2::new(x as f32, y as f32);
                 let rect = Rect::from_min_max(corner(bounds.x0, bounds.y0), corner(bounds.x1, bounds.y1));

@@ -10,7 +10,9 @@ use super::widgets::Widgets;
 use super::{Arguments, Error, Session, interrupt};
 use crate::app::report::{Details, Viewed};
 use crate::formats;
-use crate::gpu::{self, Gpu, Image, Pacing, Recorder, Shown, Swapchain, Target, Timing, format::Rgba8, window_extensions};
+use crate::gpu::{
+    self, Gpu, Image, Pacing, Recorder, Shown, Swapchain, Target, Timing, format::Rgba8, window_extensions,
+};
 use egui::{TextureId, ViewportId};
 use std::collections::HashMap;
 use std::path::Path;
@@ -397,7 +399,8 @@ impl Open {
     /// Takes the mouse for looking round, or gives it back.
     fn grab(&mut self, on: bool) {
         self.grabbed = on;
-        let modes = if on { [CursorGrabMode::Locked, CursorGrabMode::Confined] } else { [CursorGrabMode::None; 2] };
+        let modes =
+            if on { [CursorGrabMode::Locked, CursorGrabMode::Confined] } else { [CursorGrabMode::None; 2] };
         // A window that can't hold the mouse still follows it.
         let _ = modes.into_iter().any(|mode| self.window.set_cursor_grab(mode).is_ok());
         self.window.set_cursor_visible(!on);

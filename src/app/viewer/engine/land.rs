@@ -10,7 +10,10 @@ use crate::app::{
 };
 use crate::core::camera::Pinhole;
 use crate::formats;
-use crate::gpu::{Gpu, Image, Recorder, format::{R32f, Rgba8}};
+use crate::gpu::{
+    Gpu, Image, Recorder,
+    format::{R32f, Rgba8},
+};
 use crate::plants::planting::Ground;
 use crate::raster::{self, Detail, Live, Quality, Scale, Shown};
 use crate::scene::{self, Film, Picture, Population, Scene, View};
@@ -166,7 +169,8 @@ impl Land {
     /// The finished land, if it is known; the bare ground otherwise, which then changes.
     pub fn new(studio: &mut Studio, world: &Arc<World>) -> Result<Land, Error> {
         studio.session.cache = keep::cache(&mut studio.session)?;
-        let mut simulation = Keeper::new(&studio.gpu, world, &mut studio.session).begin(&mut studio.session)?;
+        let mut simulation =
+            Keeper::new(&studio.gpu, world, &mut studio.session).begin(&mut studio.session)?;
         if !simulation.progress().finished {
             simulation = Simulation::new(&studio.gpu, &world.plan)?;
         }
@@ -333,7 +337,11 @@ impl Land {
             Command::Picture(path) => {
                 let film = self.film(studio.size);
                 let picture = self.picture(studio, &film)?;
-                formats::png::write_picture(&path, [film.width, film.height], &picture.developed(film.tone_map))?;
+                formats::png::write_picture(
+                    &path,
+                    [film.width, film.height],
+                    &picture.developed(film.tone_map),
+                )?;
                 speaker.say(News::Said(format!("wrote {}", path.display())));
             }
             _ => {}
@@ -422,10 +430,7 @@ impl Land {
         Rig { eye: camera.eye, ..rig }
     }
 
-    pub fn slice(
-        &mut self,
-        (studio, speaker, inbox, load): Means<'_>,
-    ) -> Result<Slice, Error> {
+    pub fn slice(&mut self, (studio, speaker, inbox, load): Means<'_>) -> Result<Slice, Error> {
         if self.tracing {
             return self.trace((studio, speaker, inbox, load));
         }
@@ -616,7 +621,8 @@ impl Land {
     fn picture(&self, studio: &mut Studio, film: &Film) -> Result<Picture, Error> {
         let eye = self.rig.eye;
         let view = View::LookAt { position: eye, target: eye + self.rig.forward() * 100.0 };
-        let scene = Scene { camera: scene::Camera { view, fov: self.world.fov }, ..self.live.scene().clone() };
+        let scene =
+            Scene { camera: scene::Camera { view, fov: self.world.fov }, ..self.live.scene().clone() };
         Ok(studio.renderer()?.render(&scene, film, Quality::default())?)
     }
 

@@ -57,7 +57,12 @@ pub enum Command {
     /// The brush is set to the land.
     Stroke,
     /// It touches what is seen at a place of the picture, which goes from 0 to 1 to the right and down.
-    Paint { kind: BrushKind, at: [f32; 2], radius: f32, strength: f32 },
+    Paint {
+        kind: BrushKind,
+        at: [f32; 2],
+        radius: f32,
+        strength: f32,
+    },
     TakeStrokeBack,
     /// A cut through what is seen at such a place.
     Section([f32; 2]),
@@ -185,12 +190,8 @@ impl Engine {
         let own_load = load.clone();
         let thread = std::thread::Builder::new().name("engine".into()).spawn(move || {
             let speaker = Speaker { outbox, wake: Box::new(wake) };
-            let session = Session {
-                report: Report::of("view"),
-                progress: Progress::silent(),
-                cache: None,
-                validation,
-            };
+            let session =
+                Session { report: Report::of("view"), progress: Progress::silent(), cache: None, validation };
             let mut works = Works::new(gpu, inbox, speaker, session, own_load);
             if let Err(error) = works.run() {
                 works.speaker.say(News::Ended(error));
@@ -309,13 +310,7 @@ const ACCOUNTS: Duration = Duration::from_millis(100);
 const PATIENCE: Duration = Duration::from_millis(500);
 
 impl Works {
-    fn new(
-        gpu: Gpu,
-        inbox: Receiver<Command>,
-        speaker: Speaker,
-        session: Session,
-        load: Arc<Load>,
-    ) -> Works {
+    fn new(gpu: Gpu, inbox: Receiver<Command>, speaker: Speaker, session: Session, load: Arc<Load>) -> Works {
         let studio = Studio {
             gpu,
             session,

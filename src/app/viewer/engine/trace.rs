@@ -69,7 +69,9 @@ impl Trace {
         };
         self.assets = Some(assets.clone());
         let mut tracing = tracer.begin_with(&assets, scene, &film, &camera, land.world().tracing)?;
-        if let Some((sums, ..)) = self.kept.take().filter(|(_, other, from)| (*other, *from) == (film, camera)) {
+        if let Some((sums, ..)) =
+            self.kept.take().filter(|(_, other, from)| (*other, *from) == (film, camera))
+        {
             tracing.resume(sums);
         }
         let (begun, before) = (Instant::now(), tracing.sums().progress().1);
@@ -101,7 +103,10 @@ impl Trace {
                 self.traced = Some(Traced { samples: each, of: samples, noise, rate, left });
                 let image = show(studio, &tracing.sums().picture(), &film)?;
                 speaker.say(News::Frame(Frame { image, scale: 1.0 }));
-                let status = Status { world: land.status_with(more, self.traced), ..super::status(studio, land.counts()) };
+                let status = Status {
+                    world: land.status_with(more, self.traced),
+                    ..super::status(studio, land.counts())
+                };
                 speaker.say(News::Status(Box::new(status)));
                 looked = Some(Instant::now());
             }

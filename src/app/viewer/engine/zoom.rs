@@ -101,7 +101,8 @@ impl Zoom {
         let mut next = Zoom::new(studio, world)?;
         if same_place {
             let (flight, attitude) = (self.flight.clone(), self.attitude);
-            (next.flight, next.attitude, next.course, next.depth) = (flight, attitude, self.course, self.depth);
+            (next.flight, next.attitude, next.course, next.depth) =
+                (flight, attitude, self.course, self.depth);
         }
         next.paused = self.paused;
         *self = next;
@@ -128,7 +129,11 @@ impl Zoom {
             Command::Approach(share) => {
                 self.take_over();
                 let [_, _, forward] = self.attitude.axes();
-                self.flight.fly(self.renderer.spine(), forward * f64::from(share.signum()), share.abs().into());
+                self.flight.fly(
+                    self.renderer.spine(),
+                    forward * f64::from(share.signum()),
+                    share.abs().into(),
+                );
                 self.detail = 0;
             }
             Command::Play(playing) => self.paused = !playing,
@@ -256,7 +261,8 @@ impl Zoom {
                 (approach.at(*depth, roughness), depth.whole())
             }
             (course, Some(autopilot), _) => {
-                self.depth = if course == Course::In { self.depth + levels } else { (self.depth - levels).max(0.0) };
+                self.depth =
+                    if course == Course::In { self.depth + levels } else { (self.depth - levels).max(0.0) };
                 if self.depth == 0.0 {
                     self.course = Course::Hand;
                 }
@@ -278,7 +284,12 @@ impl Zoom {
             let ahead = if self.course == Course::In { 1.0 } else { -1.0 };
             let depth = Depth(((self.depth + ahead).max(0.0) * 65_536.0) as u64);
             let pose = autopilot.at(self.renderer.spine(), depth);
-            let view = View { place: pose.place, attitude: pose.attitude, fov: self.world.fov, level: depth.whole() };
+            let view = View {
+                place: pose.place,
+                attitude: pose.attitude,
+                fov: self.world.fov,
+                level: depth.whole(),
+            };
             match self.renderer.prepare(&view, frames) {
                 Ok(_) | Err(view::Error::Buried(_)) => {}
                 Err(error) => return Err(error.into()),

@@ -5,8 +5,8 @@ use super::super::theme;
 use crate::raster::{MATERIALS, Scale, overlay_colour};
 use crate::terrain::{BrushKind, Kind, Progress, Stage};
 use crate::world::World;
-use egui_plot::{Line, Plot, PlotPoints, VLine};
 use egui::{Color32, ComboBox, ProgressBar, Rect, RichText, Slider, Ui, pos2, vec2};
+use egui_plot::{Line, Plot, PlotPoints, VLine};
 
 /// What the user has chosen to look at.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,7 +17,9 @@ pub struct Look {
 
 /// The panel of the simulation; returns what is to be done.
 pub fn simulation(ui: &mut Ui, world: &World, status: &Status) -> Vec<Command> {
-    let WorldStatus::Land { progress, playing, off, per_picture, .. } = &status.world else { return Vec::new() };
+    let WorldStatus::Land { progress, playing, off, per_picture, .. } = &status.world else {
+        return Vec::new();
+    };
     let mut commands = Vec::new();
     let runs = *playing && !progress.finished;
     ui.horizontal(|ui| {
@@ -38,10 +40,13 @@ pub fn simulation(ui: &mut Ui, world: &World, status: &Status) -> Vec<Command> {
     let text = if *finished { "finished".into() } else { format!("{}: {iteration} of {of}", stage.name()) };
     ui.add(ProgressBar::new(share).text(RichText::new(text).small()));
     let mut most = *per_picture;
-    let slider = Slider::new(&mut most, 0..=100).text("iterations a picture").custom_formatter(|value, _| match value {
-        0.0 => "all".into(),
-        value => format!("{value:.0}"),
-    });
+    let slider =
+        Slider::new(&mut most, 0..=100).text("iterations a picture").custom_formatter(
+            |value, _| match value {
+                0.0 => "all".into(),
+                value => format!("{value:.0}"),
+            },
+        );
     let hover = "Iterations between two pictures; all: as many as there is time for";
     if ui.add(slider).on_hover_text(hover).changed() {
         commands.push(Command::PerPicture(most));
@@ -49,9 +54,19 @@ pub fn simulation(ui: &mut Ui, world: &World, status: &Status) -> Vec<Command> {
     ui.add_space(4.0);
     let plan = &world.plan;
     for (process, name, about, exists) in [
-        (Kind::Hydraulic, "Water", "Rain that runs off, wears the ground and lays it down", plan.hydraulic.is_some()),
+        (
+            Kind::Hydraulic,
+            "Water",
+            "Rain that runs off, wears the ground and lays it down",
+            plan.hydraulic.is_some(),
+        ),
         (Kind::Thermal, "Slides", "Ground that is too steep slides down", plan.thermal.is_some()),
-        (Kind::Seabed, "Sea bed", "The bottom of the sea is smoothed before coral grows", plan.seabed_smoothing > 0.0),
+        (
+            Kind::Seabed,
+            "Sea bed",
+            "The bottom of the sea is smoothed before coral grows",
+            plan.seabed_smoothing > 0.0,
+        ),
         (Kind::Reef, "Reef", "Coral grows; nothing erodes any more from then on", plan.reef.is_some()),
     ] {
         if !exists {
@@ -63,7 +78,11 @@ pub fn simulation(ui: &mut Ui, world: &World, status: &Status) -> Vec<Command> {
         }
     }
     if *stage == Stage::Reef {
-        ui.label(RichText::new("Coral and erosion exclude each other: once coral grows, the rain has ended.").weak().small());
+        ui.label(
+            RichText::new("Coral and erosion exclude each other: once coral grows, the rain has ended.")
+                .weak()
+                .small(),
+        );
     }
     commands
 }
@@ -119,7 +138,8 @@ fn legend(ui: &mut Ui, legend: &Legend) {
     };
     ui.columns(3, |columns| {
         columns[0].label(RichText::new(format!("{} {unit}", short(low))).small());
-        columns[1].vertical_centered(|ui| ui.label(RichText::new(format!("{} {unit}", short(middle))).small()));
+        columns[1]
+            .vertical_centered(|ui| ui.label(RichText::new(format!("{} {unit}", short(middle))).small()));
         columns[2].with_layout(egui::Layout::right_to_left(egui::Align::Min), |ui| {
             ui.label(RichText::new(format!("{} {unit}", short(high))).small());
         });
@@ -174,7 +194,11 @@ pub fn brush(ui: &mut Ui, world: &World, status: &Status, brush: &mut Brush) -> 
             (Some(BrushKind::Raise), "Raise", "Raise the ground"),
             (Some(BrushKind::Lower), "Lower", "Lower the ground"),
             (Some(BrushKind::Rain), "Rain", "Pour water on it"),
-            (Some(BrushKind::Mask), "Mask", "Hold the ground: what is masked wholly does not change any more"),
+            (
+                Some(BrushKind::Mask),
+                "Mask",
+                "Hold the ground: what is masked wholly does not change any more",
+            ),
         ] {
             let exists = kind != Some(BrushKind::Rain) || world.plan.hydraulic.is_some();
             let label = egui::Button::selectable(brush.kind == kind, name);
@@ -184,7 +208,13 @@ pub fn brush(ui: &mut Ui, world: &World, status: &Status, brush: &mut Brush) -> 
         }
     });
     let most = world.plan.grid.extent / 4.0;
-    ui.add(Slider::new(&mut brush.radius, most / 100.0..=most).logarithmic(true).text("radius").suffix(" m").max_decimals(0));
+    ui.add(
+        Slider::new(&mut brush.radius, most / 100.0..=most)
+            .logarithmic(true)
+            .text("radius")
+            .suffix(" m")
+            .max_decimals(0),
+    );
     ui.add(Slider::new(&mut brush.strength, 0.01..=1.0).text("strength").max_decimals(2));
     let button = ui.add_enabled(*strokes > 0, egui::Button::new("Take the last stroke back"));
     button.clicked().then_some(Command::TakeStrokeBack)
@@ -197,7 +227,8 @@ pub fn section(ui: &mut Ui, section: Option<&Section>) {
         return;
     };
     let sea = f64::from(section.sea_level);
-    let [first, last] = [section.points.first(), section.points.last()].map(|point| point.map_or(0.0, |point| point[0]));
+    let [first, last] =
+        [section.points.first(), section.points.last()].map(|point| point.map_or(0.0, |point| point[0]));
     Plot::new("section")
         .height(110.0)
         .allow_drag(false)
@@ -222,17 +253,28 @@ pub fn tracing(ui: &mut Ui, status: &Status, mut save: impl FnMut()) -> Option<C
     let mut command = None;
     ui.horizontal(|ui| {
         let name = if *tracing { "Stop" } else { "Trace paths" };
-        let hover = if progress.finished { "From here, until something moves (P)" } else { "The land as it is now, from here (P)" };
+        let hover = if progress.finished {
+            "From here, until something moves (P)"
+        } else {
+            "The land as it is now, from here (P)"
+        };
         if ui.button(name).on_hover_text(hover).clicked() {
             command = Some(Command::Trace(!tracing));
         }
-        if ui.button("Save picture …").on_hover_text("As PNG, or as EXR with all that is known of it").clicked() {
+        if ui
+            .button("Save picture …")
+            .on_hover_text("As PNG, or as EXR with all that is known of it")
+            .clicked()
+        {
             save();
         }
     });
     if let Some(Traced { samples, of, noise, rate, left }) = traced {
         let share = (samples / f64::from(*of)) as f32;
-        ui.add(ProgressBar::new(share).text(RichText::new(format!("{samples:.1} of {of} samples a pixel")).small()));
+        ui.add(
+            ProgressBar::new(share)
+                .text(RichText::new(format!("{samples:.1} of {of} samples a pixel")).small()),
+        );
         let noise = noise.map(|noise| format!("error about {:.1} %", 100.0 * noise)).unwrap_or_default();
         ui.label(RichText::new(format!("{noise}  {:.2} M samples/s  {left:.0} s left", rate / 1e6)).small());
     }

@@ -3,7 +3,9 @@
 use super::super::shipped::{WORLDS, World};
 use super::super::state::State;
 use super::files::{self, Recent};
-use egui::{Align, Color32, ColorImage, Context, Layout, Rect, RichText, ScrollArea, Sense, TextureHandle, Ui, vec2};
+use egui::{
+    Align, Color32, ColorImage, Context, Layout, Rect, RichText, ScrollArea, Sense, TextureHandle, Ui, vec2,
+};
 
 /// What was clicked.
 pub enum Choice {
@@ -80,7 +82,8 @@ impl Welcome {
         let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
         ui.painter().image(picture.id(), shown, whole, Color32::WHITE);
         let below = Rect::from_min_max(shown.left_bottom() + vec2(4.0, 4.0), rect.max - vec2(6.0, 2.0));
-        let mut inner = ui.new_child(egui::UiBuilder::new().max_rect(below).layout(Layout::top_down(Align::Min)));
+        let mut inner =
+            ui.new_child(egui::UiBuilder::new().max_rect(below).layout(Layout::top_down(Align::Min)));
         inner.horizontal(|ui| {
             ui.strong(world.name.replace('_', " "));
             ui.weak(world.kind);

@@ -45,14 +45,19 @@ pub fn show(ui: &mut Ui, status: &Status, code: &mut Code) -> Vec<Command> {
     });
     ui.add_space(4.0);
     ui.horizontal(|ui| {
-        if ui.button("Copy place").on_hover_text("Its code: exact, and as long as the place is deep (Ctrl L)").clicked() {
+        if ui
+            .button("Copy place")
+            .on_hover_text("Its code: exact, and as long as the place is deep (Ctrl L)")
+            .clicked()
+        {
             ui.ctx().copy_text(here.clone());
         }
         ui.label(RichText::new(shortened(here)).monospace().small().color(theme::ACCENT)).on_hover_text(here);
     });
     ui.horizontal(|ui| {
         let width = ui.available_width() - 40.0;
-        let field = ui.add(TextEdit::singleline(&mut code.0).hint_text("a place's code").desired_width(width));
+        let field =
+            ui.add(TextEdit::singleline(&mut code.0).hint_text("a place's code").desired_width(width));
         let entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
         if (ui.button("Go").clicked() || entered) && !code.0.trim().is_empty() {
             commands.push(Command::GoTo(Pose::Zoom(std::mem::take(&mut code.0))));
