@@ -213,7 +213,11 @@ fn shift(list: &mut Item, from: usize, to: usize) {
         Item::Value(Value::Array(array)) => {
             let value = array.remove(from);
             let one_line = value.decor().prefix().is_none_or(blank_line);
-            if one_line { array.insert(to, value) } else { array.insert_formatted(to, value) }
+            if one_line {
+                array.insert(to, value)
+            } else {
+                array.insert_formatted(to, value)
+            }
             if one_line {
                 for (index, value) in array.iter_mut().enumerate() {
                     value.decor_mut().set_prefix(if index == 0 { "" } else { " " });
@@ -320,7 +324,8 @@ mod tests {
 
     #[test]
     fn keys_go_and_the_lines_above_them_stay() {
-        let text = "format = 1\n# A number.\nseed = 2 # its own\n\n[sea]\nlevel = 3\n# Waves.\nroughness = 0.1\n";
+        let text =
+            "format = 1\n# A number.\nseed = 2 # its own\n\n[sea]\nlevel = 3\n# Waves.\nroughness = 0.1\n";
         let wanted = "format = 1\n# A number.\n\n[sea]\nlevel = 3\n# Waves.\nroughness = 0.1\n";
         assert_eq!(edited(text, Edit::Remove("seed".into())), wanted);
         let wanted = "format = 1\n# A number.\nseed = 2 # its own\n\n[sea]\nlevel = 3\n# Waves.\n";

@@ -524,7 +524,11 @@ impl<K: Kind> Kind for Named<K> {
     type Value = Vec<(String, K::Value)>;
 
     fn shape(&self) -> Shape {
-        Shape::Named { names: self.names, element: Box::new(self.element.shape()), start: self.element.start() }
+        Shape::Named {
+            names: self.names,
+            element: Box::new(self.element.shape()),
+            start: self.element.start(),
+        }
     }
 
     fn default(&self) -> String {

@@ -422,9 +422,13 @@ fn name(edit: &Edit) -> String {
 /// A report's first sentence, with what is allowed.
 fn in_a_line(report: &str) -> String {
     let title = report.lines().next().unwrap_or_default();
-    // Below the caret stands what is allowed.
-    let label = report.lines().find_map(|line| line.split_once('^').map(|(_, label)| label));
-    match label.map(|label| label.trim_start_matches('^').trim()).filter(|label| !label.is_empty()) {
+    // Beside the caret stands what is allowed.
+    let below = |line: &str| {
+        let (before, label) = line.split_once('^')?;
+        let is_caret = before.trim() == "|";
+        is_caret.then(|| label.trim_start_matches('^').trim().to_string())
+    };
+    match report.lines().find_map(below).filter(|label| !label.is_empty()) {
         Some(label) => format!("{title}: {label}"),
         None => title.into(),
     }
@@ -473,7 +477,9 @@ fn files(item: &Item, shape: &Shape, path: &KeyPath, found: &mut Vec<(KeyPath, S
         Shape::Table(table) => files_of_table(item, table, path, found),
         Shape::OneOf(alternatives) => {
             for alternative in alternatives {
-                let (Some(inner), Some(table)) = (item.get(alternative.name), &alternative.table) else { continue };
+                let (Some(inner), Some(table)) = (item.get(alternative.name), &alternative.table) else {
+                    continue;
+                };
                 files_of_table(inner, table, &path.join(alternative.name), found);
             }
         }
@@ -568,6 +574,13 @@ mod tests {
     }
 
     #[test]
+    fn a_report_in_a_line() {
+        let report = "`grammar` can't grow: it is too long\n --> w.toml:3:1\n  |\n3 | F -> F^F\n  |      ^^^ this rule\n  |\n";
+        assert_eq!(in_a_line(report), "`grammar` can't grow: it is too long: this rule");
+        assert_eq!(in_a_line("no such file"), "no such file");
+    }
+
+    #[test]
     fn a_drag_is_one_step() {
         let (_folder, mut document) = document();
         for level in 101..120 {
@@ -628,7 +641,10 @@ mod tests {
         document.set(&"seed".into(), value("5"));
         fs::write(&path, TEXT.replace("100", "90")).expect("it can be written");
         assert!(document.reload().expect("it is a world"));
-        assert_eq!((document.world().sea.level, document.world().seed, document.is_dirty()), (90.0, 2, false));
+        assert_eq!(
+            (document.world().sea.level, document.world().seed, document.is_dirty()),
+            (90.0, 2, false)
+        );
         // What had not been saved is a step away.
         assert!(document.undo());
         assert_eq!((document.world().seed, document.is_dirty()), (5, true));
@@ -703,7 +719,8 @@ mod tests {
     fn every_shipped_world_can_be_edited() {
         let configs = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs");
         for kind in ["island", "forest", "landscape", "zoom"] {
-            for path in fs::read_dir(configs.join(kind)).expect("worlds").flatten().map(|found| found.path()) {
+            for path in fs::read_dir(configs.join(kind)).expect("worlds").flatten().map(|found| found.path())
+            {
                 if path.extension().is_none_or(|extension| extension != "toml") {
                     continue;
                 }

@@ -154,15 +154,35 @@ pub const TABLE: &[Row] = &[
     hold(Motion::TurnUp, &[Key::ArrowUp], "look up"),
     hold(Motion::TurnDown, &[Key::ArrowDown], "look down"),
     Row { group: Group::Flying, input: Input::Hold(Motion::Fast, &[]), text: "four times as fast" },
-    press(Group::Flying, Action::MouseLook, &[key(Key::F)], "the mouse looks around, or points at things again"),
+    press(
+        Group::Flying,
+        Action::MouseLook,
+        &[key(Key::F)],
+        "the mouse looks around, or points at things again",
+    ),
     mouse(Group::Flying, "Wheel", "faster or slower; by itself speed follows the distance to the ground"),
     press(Group::View, Action::OtherCamera, &[key(Key::O)], "orbit the middle of the picture, or fly"),
     mouse(Group::View, "Drag", "orbit; with the right button move sideways; the wheel goes near and far"),
     press(Group::View, Action::FrameAll, &[key(Key::Home)], "all of the land in the picture"),
     press(Group::View, Action::Bookmark(1), &[key(Key::Num1)], "back to place 1; 2 to 9 likewise"),
-    press(Group::View, Action::SetBookmark(1), &[command(Key::Num1)], "remember this place as 1; 2 to 9 likewise"),
-    press(Group::View, Action::CopyCommand, &[command(Key::K)], "copy the command line that renders this view"),
-    press(Group::View, Action::Trace, &[key(Key::P)], "trace paths from here, or show the rasterised picture again"),
+    press(
+        Group::View,
+        Action::SetBookmark(1),
+        &[command(Key::Num1)],
+        "remember this place as 1; 2 to 9 likewise",
+    ),
+    press(
+        Group::View,
+        Action::CopyCommand,
+        &[command(Key::K)],
+        "copy the command line that renders this view",
+    ),
+    press(
+        Group::View,
+        Action::Trace,
+        &[key(Key::P)],
+        "trace paths from here, or show the rasterised picture again",
+    ),
     press(Group::Simulation, Action::PlayPause, &[key(Key::Enter)], "run the simulation, or let it rest"),
     press(Group::Simulation, Action::Step, &[key(Key::Period)], "a single step"),
     press(Group::Simulation, Action::Restart, &[key(Key::Backspace)], "from the start again"),
@@ -173,7 +193,12 @@ pub const TABLE: &[Row] = &[
     press(Group::File, Action::Save, &[command(Key::S)], "save the world; comments of the file stay"),
     press(Group::File, Action::SaveAs, &[command_shift(Key::S)], "save it under another name"),
     press(Group::File, Action::Reload, &[key(Key::F5)], "read the file again"),
-    press(Group::File, Action::Export, &[command(Key::E)], "write layers, meshes and scenes for other programs"),
+    press(
+        Group::File,
+        Action::Export,
+        &[command(Key::E)],
+        "write layers, meshes and scenes for other programs",
+    ),
     press(Group::File, Action::Undo, &[command(Key::Z)], "take the last change back"),
     press(Group::File, Action::Redo, &[command_shift(Key::Z), command(Key::Y)], "do it again"),
     press(Group::Window, Action::TogglePanels, &[key(Key::F1)], "show or hide the panels"),
@@ -183,17 +208,8 @@ pub const TABLE: &[Row] = &[
     press(Group::Window, Action::Quit, &[command(Key::Q)], "leave; what is not saved is asked about"),
 ];
 
-const DIGITS: [Key; 9] = [
-    Key::Num1,
-    Key::Num2,
-    Key::Num3,
-    Key::Num4,
-    Key::Num5,
-    Key::Num6,
-    Key::Num7,
-    Key::Num8,
-    Key::Num9,
-];
+const DIGITS: [Key; 9] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
 
 /// What the keys that were pressed since the last frame ask for, in their order. While the user is `typing`, plain keys belong to
 /// the text, and so do undo and redo.
@@ -202,7 +218,9 @@ pub fn of(input: &InputState, typing: bool) -> impl Iterator<Item = Action> {
         Event::Key { key, pressed: true, repeat: false, modifiers, .. } => Some((*key, *modifiers)),
         _ => None,
     });
-    pressed.filter_map(move |(key, modifiers)| action(key, modifiers).filter(|action| !typing || heeds(*action, key)))
+    pressed.filter_map(move |(key, modifiers)| {
+        action(key, modifiers).filter(|action| !typing || heeds(*action, key))
+    })
 }
 
 /// What a key with its modifiers asks for.
@@ -212,7 +230,9 @@ fn action(key: Key, modifiers: Modifiers) -> Option<Action> {
     }
     let pressed = Shortcut { command: modifiers.command, shift: modifiers.shift, key };
     // Where `?` needs Shift, it is one key nevertheless.
-    let is = |shortcut: &Shortcut| *shortcut == Shortcut { shift: pressed.shift && key != Key::Questionmark, ..pressed };
+    let is = |shortcut: &Shortcut| {
+        *shortcut == Shortcut { shift: pressed.shift && key != Key::Questionmark, ..pressed }
+    };
     if let (Some(index), false) = (DIGITS.iter().position(|digit| *digit == key), pressed.shift) {
         let number = index as u8 + 1;
         return Some(if pressed.command { Action::SetBookmark(number) } else { Action::Bookmark(number) });
@@ -260,7 +280,9 @@ impl Row {
     /// The keys as people write them.
     pub fn keys(&self) -> String {
         match self.input {
-            Input::Press(_, shortcuts) => shortcuts.iter().map(Shortcut::name).collect::<Vec<_>>().join(" or "),
+            Input::Press(_, shortcuts) => {
+                shortcuts.iter().map(Shortcut::name).collect::<Vec<_>>().join(" or ")
+            }
             Input::Hold(Motion::Fast, _) => "Shift".into(),
             Input::Hold(_, keys) => keys.iter().map(|key| name(*key)).collect::<Vec<_>>().join(" or "),
             Input::Mouse(what) => what.into(),
@@ -319,9 +341,10 @@ mod tests {
         let mut seen = HashSet::new();
         for row in TABLE {
             let keys: Vec<(bool, bool, Key)> = match row.input {
-                Input::Press(_, shortcuts) => {
-                    shortcuts.iter().map(|shortcut| (shortcut.command, shortcut.shift, shortcut.key)).collect()
-                }
+                Input::Press(_, shortcuts) => shortcuts
+                    .iter()
+                    .map(|shortcut| (shortcut.command, shortcut.shift, shortcut.key))
+                    .collect(),
                 Input::Hold(_, keys) => keys.iter().map(|key| (false, false, *key)).collect(),
                 Input::Mouse(_) => Vec::new(),
             };
@@ -364,11 +387,19 @@ mod tests {
     #[test]
     fn opposite_keys_cancel() {
         let context = Context::default();
-        let event = |key| Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE };
+        let event = |key| Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        };
         let forth = |events: Vec<Event>| {
             let mut axis_value = 0.0;
             let input = RawInput { events, focused: true, ..RawInput::default() };
-            let _ = context.run_ui(input, |ui| axis_value = ui.input(|input| axis(input, Motion::Back, Motion::Forward)));
+            let _ = context.run_ui(input, |ui| {
+                axis_value = ui.input(|input| axis(input, Motion::Back, Motion::Forward))
+            });
             axis_value
         };
         assert_eq!(forth(vec![event(Key::W)]), 1.0);

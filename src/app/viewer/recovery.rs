@@ -254,7 +254,10 @@ mod tests {
         assert_eq!((recovered.text(), recovered.is_dirty()), (TEXT, false));
         assert!(recovered.redo());
         recovered.save().expect("it can be saved");
-        assert_eq!(fs::read_to_string(folder.path().join("island.toml")).expect("text"), TEXT.replace('2', "4"));
+        assert_eq!(
+            fs::read_to_string(folder.path().join("island.toml")).expect("text"),
+            TEXT.replace('2', "4")
+        );
         found.discard();
         assert!(pending(folder.path()).is_empty());
     }

@@ -109,7 +109,8 @@ impl State {
 
     /// Without what no run would have written.
     fn sane(mut self) -> State {
-        self.window = self.window.filter(|window| window.size.iter().all(|side| (64..=65_535).contains(side)));
+        self.window =
+            self.window.filter(|window| window.size.iter().all(|side| (64..=65_535).contains(side)));
         self.recent.truncate(MOST_RECENT);
         self.bookmarks.values_mut().for_each(|bookmarks| bookmarks.truncate(MOST_BOOKMARKS));
         while self.bookmarks.len() > MOST_BOOKMARKS {
@@ -183,7 +184,10 @@ mod tests {
         state.opened(&folder.join("gone.toml"));
         let view = View::Land { position: [1.0, 2.5, -3.0], target: [0.0; 3], fov: 0.6 };
         state.bookmark(&folder.join("gone.toml"), Bookmark { name: "beach".into(), view });
-        state.bookmark(&folder.join("z.toml"), Bookmark { name: "x".into(), view: View::Zoom { code: "0a".into() } });
+        state.bookmark(
+            &folder.join("z.toml"),
+            Bookmark { name: "x".into(), view: View::Zoom { code: "0a".into() } },
+        );
         state.save(&folder).expect("it can be written");
         assert_eq!(State::load(&folder), (state.clone(), None));
         assert!(state.recent().all(|recent| !recent.exists));

@@ -3,7 +3,10 @@
 
 use egui::epaint::Shadow;
 use egui::style::{ScrollStyle, Selection, TextCursorStyle, WidgetVisuals, Widgets};
-use egui::{Color32, CornerRadius, FontDefinitions, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Visuals, vec2};
+use egui::{
+    Color32, CornerRadius, FontDefinitions, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme,
+    Visuals, vec2,
+};
 
 /// Behind text that can be edited.
 const WELL: Color32 = Color32::from_rgb(0x12, 0x14, 0x16);
@@ -104,7 +107,11 @@ fn visuals() -> Visuals {
         popup_shadow: Shadow { offset: [0, 3], blur: 8, spread: 0, color: Color32::from_black_alpha(110) },
         menu_corner_radius: CornerRadius::same(4),
         panel_fill: PANEL,
-        text_cursor: TextCursorStyle { stroke: Stroke::new(1.5, ACCENT), blink: false, ..TextCursorStyle::default() },
+        text_cursor: TextCursorStyle {
+            stroke: Stroke::new(1.5, ACCENT),
+            blink: false,
+            ..TextCursorStyle::default()
+        },
         slider_trailing_fill: true,
         ..Visuals::dark()
     }

@@ -37,7 +37,8 @@ enum Widget {
 }
 
 /// Options that the viewer answers itself.
-const ANSWERED: &[&str] = &["world", "set", "seed", "no_cache", "device", "memory_limit", "json", "quiet", "out", "help"];
+const ANSWERED: &[&str] =
+    &["world", "set", "seed", "no_cache", "device", "memory_limit", "json", "quiet", "out", "help"];
 /// Those of an endless zoom, beside its layers.
 const OF_ZOOM: &[&str] = &["size", "from"];
 const LAYERS_OF_ZOOM: &[&str] = &["mesh", "tiles"];
@@ -56,7 +57,10 @@ impl Form {
     pub fn arguments(&self) -> Vec<String> {
         let mut arguments = Vec::new();
         for option in self.command.get_arguments() {
-            let Some(values) = self.values.get(option.get_id().as_str()).filter(|values| !values.is_empty()) else { continue };
+            let Some(values) = self.values.get(option.get_id().as_str()).filter(|values| !values.is_empty())
+            else {
+                continue;
+            };
             arguments.extend(option.get_long().map(|long| format!("--{long}")));
             match widget(option) {
                 Widget::Switch => {}
@@ -150,7 +154,8 @@ impl Form {
                 }
                 Widget::Text => {
                     let mut text = values.first().cloned().unwrap_or_default();
-                    let hint = option.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
+                    let hint =
+                        option.get_value_names().and_then(|names| names.first()).map(ToString::to_string);
                     let field = TextEdit::singleline(&mut text).desired_width(120.0);
                     if ui.add(field.hint_text(hint.unwrap_or_default())).on_hover_text(&help).changed() {
                         *values = if text.trim().is_empty() { Vec::new() } else { vec![text.trim().into()] };

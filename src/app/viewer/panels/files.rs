@@ -242,7 +242,10 @@ pub fn notice(ui: &mut Ui, document: &Document, on_disk: OnDisk) -> Option<Notic
         OnDisk::Gone => strip(
             "The file is gone.",
             "",
-            &[("Write it again", "Where it was", Notice::Overwrite), ("Save as …", "Somewhere else", Notice::SaveAs)],
+            &[
+                ("Write it again", "Where it was", Notice::Overwrite),
+                ("Save as …", "Somewhere else", Notice::SaveAs),
+            ],
         ),
     }
     if let Some(refused) = document.refused() {

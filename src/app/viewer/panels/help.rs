@@ -22,7 +22,10 @@ const NUMBERS: &[(&str, &[Entry])] = &[
             entry("GPU", "time that the device took for a pass, between two time stamps"),
             entry("CPU", "time that the program took to record a pass or to prepare it"),
             entry("memory", "device memory by name, and the budget that `--memory-limit` sets"),
-            entry("triangles", "sent to the device in the last picture, before what lies outside is left out"),
+            entry(
+                "triangles",
+                "sent to the device in the last picture, before what lies outside is left out",
+            ),
         ],
     ),
     (
@@ -58,7 +61,11 @@ pub fn show(ui: &mut Ui) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.heading("Keys and mouse");
         for group in Group::ALL {
-            table(ui, group.name(), TABLE.iter().filter(|row| row.group == group).map(|row| (row.keys(), row.text)));
+            table(
+                ui,
+                group.name(),
+                TABLE.iter().filter(|row| row.group == group).map(|row| (row.keys(), row.text)),
+            );
         }
         ui.add_space(8.0);
         ui.heading("Numbers");

@@ -27,7 +27,8 @@ fn allowed(shape: &Shape) -> Option<String> {
     match shape {
         Shape::Switch | Shape::Choice(_) | Shape::Table(_) | Shape::OneOf(_) | Shape::Colour => None,
         Shape::OrWord(_, [word, about]) => {
-            let inner = Some(shape).and_then(|shape| if let Shape::OrWord(inner, _) = shape { allowed(inner) } else { None });
+            let inner = Some(shape)
+                .and_then(|shape| if let Shape::OrWord(inner, _) = shape { allowed(inner) } else { None });
             let word = format!("Or \"{word}\": {}", lower(about));
             Some(inner.map_or_else(|| word.clone(), |inner| format!("{inner}\n{word}")))
         }

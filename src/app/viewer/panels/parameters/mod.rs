@@ -94,7 +94,11 @@ impl Panel<'_> {
                 default: of_preset.cloned().or_else(|| parse_item(&key.default)),
             };
             ui.push_id(key.name, |ui| {
-                if is_section(&key.shape) { self.section(ui, &entry) } else { self.row(ui, &entry) }
+                if is_section(&key.shape) {
+                    self.section(ui, &entry)
+                } else {
+                    self.row(ui, &entry)
+                }
                 self.refusal(ui, &entry.path);
             });
         }
@@ -166,7 +170,8 @@ impl Panel<'_> {
     fn words(&mut self, ui: &mut Ui, entry: &Entry) {
         let text = RichText::new(&entry.key.default).italics();
         let button = egui::Button::new(text).frame(false).truncate();
-        let hint = if entry.key.default == REQUIRED { "Click to write it." } else { "Click to write a value." };
+        let hint =
+            if entry.key.default == REQUIRED { "Click to write it." } else { "Click to write a value." };
         let button = ui.add(button).on_hover_ui(|ui| {
             ui.label(&entry.key.default);
             ui.weak(hint);
@@ -200,7 +205,9 @@ impl Panel<'_> {
 
     /// Why the last edit was refused, if it was one of this key.
     fn refusal(&self, ui: &mut Ui, path: &KeyPath) {
-        let Some(refused) = self.refused.filter(|refused| refused.path.as_ref() == Some(path)) else { return };
+        let Some(refused) = self.refused.filter(|refused| refused.path.as_ref() == Some(path)) else {
+            return;
+        };
         let text = RichText::new(&refused.message).small().color(ui.visuals().error_fg_color);
         ui.add(Label::new(text).wrap()).on_hover_text(RichText::new(&refused.report).monospace());
     }
@@ -209,7 +216,9 @@ impl Panel<'_> {
 
     /// Whether the filter lets a key, or one inside it, be shown. `place` is the path of its table.
     fn leads_to(&self, key: &Key, place: &str) -> bool {
-        self.words.is_empty() || self.finds(key, place) || self.leads_into(&key.shape, &format!("{place} {}", key.name))
+        self.words.is_empty()
+            || self.finds(key, place)
+            || self.leads_into(&key.shape, &format!("{place} {}", key.name))
     }
 
     /// Whether the filter finds the key itself.
@@ -230,7 +239,10 @@ impl Panel<'_> {
             Shape::List { element, .. } | Shape::Named { element, .. } => self.leads_into(element, place),
             Shape::OneOf(alternatives) => alternatives.iter().any(|other| {
                 let place = format!("{place} {}", other.name);
-                other.table.as_ref().is_some_and(|table| table.keys.iter().any(|key| self.leads_to(key, &place)))
+                other
+                    .table
+                    .as_ref()
+                    .is_some_and(|table| table.keys.iter().any(|key| self.leads_to(key, &place)))
             }),
             _ => false,
         }
@@ -283,7 +295,9 @@ fn same(a: &Item, b: &Item) -> bool {
     match (world::array_len(a), world::array_len(b)) {
         (Some(len), Some(other)) => len == other && (0..len).all(|index| both(a.get(index), b.get(index))),
         (None, None) => match (a.as_table_like(), b.as_table_like()) {
-            (Some(a), Some(b)) => a.len() == b.len() && a.iter().all(|(key, item)| both(Some(item), b.get(key))),
+            (Some(a), Some(b)) => {
+                a.len() == b.len() && a.iter().all(|(key, item)| both(Some(item), b.get(key)))
+            }
             (None, None) => (a.as_str(), a.as_bool()) == (b.as_str(), b.as_bool()),
             _ => false,
         },

@@ -4,7 +4,10 @@ use super::widgets::{POPUP, call, explained, text_field};
 use super::{Entry, Panel, help, is_section, title};
 use crate::world::schema::{Alternative, Key, Names, REQUIRED, Shape, Table};
 use crate::world::{Edit, KeyPath, array_len};
-use egui::{Align, Button, ComboBox, Frame, Id, Layout, Margin, RichText, Sense, Stroke, Ui, WidgetInfo, WidgetType, vec2};
+use egui::{
+    Align, Button, ComboBox, Frame, Id, Layout, Margin, RichText, Sense, Stroke, Ui, WidgetInfo, WidgetType,
+    vec2,
+};
 use toml_edit::{DocumentMut, InlineTable, Item, Value};
 
 const INDENT: i8 = 10;
@@ -76,7 +79,8 @@ impl Panel<'_> {
         let is_collection = matches!(shape, Shape::List { .. } | Shape::Named { .. });
         body(ui, |ui| match (&entry.written, &entry.default) {
             (None, Some(default)) if is_collection => {
-                let changed = self.aside(path, default, |panel, item| panel.inside(ui, shape, Some(item), path));
+                let changed =
+                    self.aside(path, default, |panel, item| panel.inside(ui, shape, Some(item), path));
                 if let Some(Ok(value)) = changed.map(Item::into_value) {
                     self.edits.push(Edit::Set(path.clone(), value));
                 }
@@ -173,7 +177,9 @@ impl Panel<'_> {
         });
         call(ui, &chosen.response, format!("kind of {path}"));
         chosen.response.on_hover_ui(|ui| help::of_alternative(ui, current));
-        let Some(chosen) = chosen.inner.flatten().filter(|chosen| chosen.name != current.name) else { return };
+        let Some(chosen) = chosen.inner.flatten().filter(|chosen| chosen.name != current.name) else {
+            return;
+        };
         match &chosen.table {
             Some(table) if asks(table) => begin_draft(ui, path, tagged(chosen.name)),
             Some(_) => self.edits.push(Edit::Set(path.clone(), tagged(chosen.name))),
@@ -245,7 +251,9 @@ impl Panel<'_> {
             }
         });
         let named = ui.data(|data| data.get_temp::<KeyPath>(draft_id(holder.path)));
-        if let Some(named) = named.filter(|named| holder.item.and_then(|item| item.get(named.last()?)).is_none()) {
+        if let Some(named) =
+            named.filter(|named| holder.item.and_then(|item| item.get(named.last()?)).is_none())
+        {
             if has_draft(ui, &named) {
                 ui.strong(named.last().unwrap_or_default());
             }
@@ -286,7 +294,9 @@ impl Panel<'_> {
                 ui.horizontal(|ui| {
                     ui.label("called");
                     let place = path.join("another name");
-                    if let Some(other) = text_field(ui, &place, name, names.rule(), false).filter(|name| names.allow(name)) {
+                    if let Some(other) =
+                        text_field(ui, &place, name, names.rule(), false).filter(|name| names.allow(name))
+                    {
                         self.edits.push(Edit::Rename(path.clone(), other));
                     }
                 });
@@ -306,7 +316,11 @@ impl Panel<'_> {
     fn begin(&mut self, ui: &Ui, holder: &Holder, path: &KeyPath, edit: fn(KeyPath, Value) -> Edit) {
         let Ok(value) = holder.start.parse::<Value>() else { return };
         let item = Item::Value(value.clone());
-        if needs(holder.element, &item) { begin_draft(ui, path, value) } else { self.edits.push(edit(path.clone(), value)) }
+        if needs(holder.element, &item) {
+            begin_draft(ui, path, value)
+        } else {
+            self.edits.push(edit(path.clone(), value))
+        }
     }
 
     /// What is being put together at `path` and makes no world yet, if anything is.
@@ -320,7 +334,10 @@ impl Panel<'_> {
         }
         let Ok(value) = text.parse::<Value>() else { return };
         let item = Item::Value(value.clone());
-        let frame = Frame::new().stroke(Stroke::new(1.0, ui.visuals().hyperlink_color)).inner_margin(6).corner_radius(3);
+        let frame = Frame::new()
+            .stroke(Stroke::new(1.0, ui.visuals().hyperlink_color))
+            .inner_margin(6)
+            .corner_radius(3);
         frame.show(ui, |ui| {
             ui.set_width(ui.available_width());
             let words = std::mem::take(&mut self.words);
@@ -352,13 +369,8 @@ impl Panel<'_> {
             }
             return self.inside(ui, shape, Some(item), path);
         }
-        let key = Key {
-            name: "",
-            about: "",
-            default: String::new(),
-            start: String::new(),
-            shape: shape.clone(),
-        };
+        let key =
+            Key { name: "", about: "", default: String::new(), start: String::new(), shape: shape.clone() };
         let entry = Entry { key: &key, path: path.clone(), written: Some(item), default: None };
         self.widget(ui, shape, item, &entry);
     }
@@ -510,7 +522,8 @@ fn summary_with(index: usize, item: &Item) -> String {
 /// What an element of a list is, in a word or two.
 fn summary(item: &Item) -> String {
     let Some(table) = item.as_table_like() else {
-        let numbers = (0..array_len(item).unwrap_or(0)).filter_map(|index| Some(item.get(index)?.to_string()));
+        let numbers =
+            (0..array_len(item).unwrap_or(0)).filter_map(|index| Some(item.get(index)?.to_string()));
         return numbers.map(|number| number.trim().to_string()).collect::<Vec<_>>().join(", ");
     };
     let Some((name, first)) = table.iter().next() else { return String::new() };
@@ -560,7 +573,9 @@ fn asks(table: &Table) -> bool {
 fn needs(shape: &Shape, item: &Item) -> bool {
     match shape {
         Shape::Table(table) => asks(table),
-        Shape::OneOf(alternatives) => current(alternatives, Some(item)).is_some_and(|other| other.table.as_ref().is_some_and(asks)),
+        Shape::OneOf(alternatives) => {
+            current(alternatives, Some(item)).is_some_and(|other| other.table.as_ref().is_some_and(asks))
+        }
         Shape::Text(_) | Shape::File => item.as_str() == Some(""),
         Shape::OrWord(inner, _) => needs(inner, item),
         _ => false,

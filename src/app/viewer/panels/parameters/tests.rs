@@ -167,7 +167,11 @@ fn numbers_are_dragged() {
     screen.apply(&edits);
     assert_eq!(screen.document.undo_name(), Some("erosion.hydraulic.rain"));
     let back = screen.frame(vec![drag(-5000.0)]);
-    assert_eq!(number(&Item::Value(set(&back, "erosion.hydraulic.rain").clone())), Some(0.0), "within its range");
+    assert_eq!(
+        number(&Item::Value(set(&back, "erosion.hydraulic.rain").clone())),
+        Some(0.0),
+        "within its range"
+    );
     assert!(screen.act(vec![button(from, false)]).is_empty());
 }
 
@@ -193,7 +197,9 @@ fn what_is_written_goes_back_to_its_default() {
     let mut screen = Screen::new("island/volcano.toml", "hydraulic wet_memory", 4000.0);
     let at = screen.beside("wet memory", "⟲");
     let edits = screen.click(at);
-    assert!(matches!(edits.as_slice(), [Edit::Remove(path)] if path.to_string() == "erosion.hydraulic.wet_memory"));
+    assert!(
+        matches!(edits.as_slice(), [Edit::Remove(path)] if path.to_string() == "erosion.hydraulic.wet_memory")
+    );
 }
 
 #[test]
@@ -261,7 +267,9 @@ fn lists_grow_shrink_and_turn() {
     let mut screen = Screen::new("island/volcano.toml", "layers", 4000.0);
     let at = screen.beside("1  cone: max", "⏶");
     let edits = screen.click(at);
-    assert!(matches!(&edits[..], [Edit::Move { list, from: 1, to: 0 }] if list.to_string() == "terrain.layers"));
+    assert!(
+        matches!(&edits[..], [Edit::Move { list, from: 1, to: 0 }] if list.to_string() == "terrain.layers")
+    );
     screen.apply(&edits);
     let at = screen.beside("5  crater", "×");
     let edits = screen.click(at);
@@ -269,7 +277,10 @@ fn lists_grow_shrink_and_turn() {
     screen.apply(&edits);
     let at = screen.beside("5  simplex: add", "+ Add");
     let edits = screen.click(at);
-    assert!(matches!(&edits[..], [Edit::Insert(path, _)] if path.to_string() == "terrain.layers.6"), "{edits:?}");
+    assert!(
+        matches!(&edits[..], [Edit::Insert(path, _)] if path.to_string() == "terrain.layers.6"),
+        "{edits:?}"
+    );
     screen.apply(&edits);
     assert!(screen.has("6  cone"));
 }
@@ -333,7 +344,12 @@ fn keys_reach_everything() {
 #[test]
 fn the_filter_finds_names_and_meanings() {
     let screen = Screen::new("island/volcano.toml", "cross-section pipe", 4000.0);
-    assert!(screen.has("section") && !screen.has("pipe depth") && !screen.has("capacity") && !screen.has("camera"));
+    assert!(
+        screen.has("section")
+            && !screen.has("pipe depth")
+            && !screen.has("capacity")
+            && !screen.has("camera")
+    );
     let screen = Screen::new("island/volcano.toml", "wet memory", 4000.0);
     assert!(screen.has("wet memory"));
     let screen = Screen::new("island/volcano.toml", "xyzzy", 4000.0);
@@ -343,7 +359,10 @@ fn the_filter_finds_names_and_meanings() {
 #[test]
 fn elements_say_what_they_are() {
     let summary = |text| sections::summary_of(text).unwrap_or_default();
-    assert_eq!(summary("{ scatter = { spacing = 2, species = [\"oak\", \"beech\"] } }"), "scatter: oak, beech");
+    assert_eq!(
+        summary("{ scatter = { spacing = 2, species = [\"oak\", \"beech\"] } }"),
+        "scatter: oak, beech"
+    );
     assert_eq!(summary("{ file = \"rock.glb\" }"), "rock.glb");
     assert_eq!(summary("{ duration = 36_000, rise = 1 }"), "duration 36_000");
     assert_eq!(summary("{ crater = { level = 1 } }"), "crater");

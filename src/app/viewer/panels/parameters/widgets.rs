@@ -5,7 +5,10 @@ use crate::core::color::srgb8_from_linear;
 use crate::world::schema::{Shape, Unit, digits, paragraph};
 use crate::world::{Edit, KeyPath};
 use egui::text::LayoutJob;
-use egui::{Button, Color32, ComboBox, DragValue, FontSelection, Id, Key, Rect, Response, TextEdit, TextFormat, TextStyle, Ui};
+use egui::{
+    Button, Color32, ComboBox, DragValue, FontSelection, Id, Key, Rect, Response, TextEdit, TextFormat,
+    TextStyle, Ui,
+};
 use std::ops::RangeInclusive;
 use toml_edit::{Array, Item, Value};
 
@@ -245,12 +248,21 @@ enum Scale {
 
 impl Scale {
     /// What is usual, or all that is allowed, or some of it round the default where that is more than anybody wants.
-    fn new(range: &RangeInclusive<f64>, usual: Option<[f64; 2]>, default: Option<f64>, is_whole: bool) -> Scale {
+    fn new(
+        range: &RangeInclusive<f64>,
+        usual: Option<[f64; 2]>,
+        default: Option<f64>,
+        is_whole: bool,
+    ) -> Scale {
         /// The largest part of a range that is one of equal ratios, from least to most.
         const DECADES: f64 = 1e4;
         let (least, most) = (*range.start(), *range.end());
         if let Some([from, to]) = usual {
-            return if from > 0.0 && to / from > 100.0 { Scale::Log([from, to]) } else { Scale::Linear([from, to]) };
+            return if from > 0.0 && to / from > 100.0 {
+                Scale::Log([from, to])
+            } else {
+                Scale::Linear([from, to])
+            };
         }
         let default = default.unwrap_or(0.0);
         let is_far = least >= 0.0 && default > 0.0 && most > 20.0 * default;
@@ -357,7 +369,8 @@ pub fn text_field(ui: &mut Ui, path: &KeyPath, current: &str, hint: &str, long: 
     } else {
         TextEdit::singleline(&mut text)
     };
-    let field = field.id(id).desired_width(ui.available_width()).hint_text(egui::RichText::new(hint).italics());
+    let field =
+        field.id(id).desired_width(ui.available_width()).hint_text(egui::RichText::new(hint).italics());
     let response: Response = ui.add(field);
     call(ui, &response, path);
     if response.has_focus() {
