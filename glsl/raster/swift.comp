@@ -37,7 +37,7 @@ float coarse_cell_size() {
 #include "lib/light.glsl"
 #include "lib/sea.glsl"
 // Clouds without their finest puffs.
-#define CLOUD_FOOTPRINT 6.0
+#define CLOUD_FOOTPRINT 3.0
 #include "lib/clouds.glsl"
 #include "lib/canopy.glsl"
 #include "lib/wet.glsl"

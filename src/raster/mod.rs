@@ -28,7 +28,7 @@ use crate::shaders::raster::{foliage, resolve, shade, terrain};
 pub use exposure::Exposure;
 pub use live::{Detail, Live, View};
 pub use maps::Maps;
-pub use overlay::{COLOURS, MATERIALS, Overlay, Scale, Shown, colour};
+pub use overlay::{COLOURS, MATERIALS, Overlay, Scale, Shown, colour as overlay_colour};
 
 use patches::Prepared;
 use population::Crowd;

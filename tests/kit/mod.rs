@@ -11,8 +11,10 @@ pub mod island;
 pub mod land;
 pub mod picture;
 pub mod program;
+pub mod scenery;
 pub mod stage;
 pub mod tiff;
+pub mod zoom;
 
 use std::{
     ops::Deref,

@@ -2,7 +2,7 @@
 
 use super::camera::Steering;
 use super::document::{Document, OnDisk};
-use super::engine::{Command, Course, Engine, Frame, News, Pose, Status, WorldStatus};
+use super::engine::{Command, Course, Engine, Frame, News, Pose, Section, Status, WorldStatus};
 use super::export::Export;
 use super::keys::{self, Action, Motion};
 use super::panels::files::{self, Chooser, Chosen, Notice, Purpose, Recent, Recovery, Unsaved};
@@ -50,6 +50,9 @@ enum Other {
     New,
     OpenFolder,
     Pace(Pacing),
+    /// Places that were remembered.
+    GoTo(String),
+    Forget(String),
 }
 
 pub struct Desk {
@@ -77,6 +80,12 @@ pub struct Desk {
     welcome: welcome::Welcome,
     timings: timings::Timings,
     look: land::Look,
+    brush: land::Brush,
+    section: Option<Section>,
+    /// Whether the section is seen.
+    cutting: bool,
+    /// Where the mouse was in the picture when it was last asked about.
+    pointed: Option<[f32; 2]>,
     code: zoom::Code,
     filter: String,
     panels: bool,
@@ -134,6 +143,10 @@ impl Desk {
             welcome: Default::default(),
             timings: Default::default(),
             look: Default::default(),
+            brush: Default::default(),
+            section: None,
+            cutting: false,
+            pointed: None,
             code: Default::default(),
             filter: String::new(),
             panels: true,
@@ -232,6 +245,7 @@ impl Desk {
                     self.timings.note(&status);
                     self.status = *status;
                 }
+                News::Section(section) => self.section = section.or(self.section.take()),
                 News::Said(sentence) => self.say(sentence, false),
                 News::Failed(sentence) => self.say(sentence, true),
                 News::Ended(error) => return Err(error),
@@ -719,7 +733,7 @@ impl Desk {
                 ui.separator();
                 item(ui, open, "Copy the command line of this view", Action::CopyCommand);
                 item(ui, open, "Remember this place as 1", Action::SetBookmark(1));
-                item(ui, open, "Back to place 1", Action::Bookmark(1));
+                ui.menu_button("Places", |ui| other = other.take().or(self.places(ui)));
                 ui.separator();
                 item(ui, true, "Panels", Action::TogglePanels);
                 item(ui, true, "Full screen", Action::FullScreen);
@@ -743,12 +757,39 @@ impl Desk {
         match other {
             Some(Other::New) => self.ask_for(Next::New),
             Some(Other::OpenFolder) => self.ask(Purpose::OpenFolder, ""),
+            Some(Other::GoTo(name)) => self.go_back(&name),
+            Some(Other::Forget(name)) => {
+                if let Some(document) = &self.document {
+                    self.state.remove_bookmark(document.source(), &name);
+                }
+            }
             Some(Other::Pace(pacing)) => {
                 self.pacing = pacing;
                 self.wishes.push(Wish::Pace(pacing));
             }
             None => {}
         }
+    }
+
+    /// Places to go back to.
+    fn places(&self, ui: &mut Ui) -> Option<Other> {
+        let mut clicked = None;
+        let bookmarks = self.document.as_ref().map_or(&[][..], |document| self.state.bookmarks(document.source()));
+        if bookmarks.is_empty() {
+            ui.weak("none yet");
+        }
+        for Bookmark { name, .. } in bookmarks {
+            ui.horizontal(|ui| {
+                if ui.button(name).clicked() {
+                    clicked = Some(Other::GoTo(name.clone()));
+                    ui.close();
+                }
+                if ui.add(egui::Button::new("✖").frame(false)).on_hover_text("Forget it").clicked() {
+                    clicked = Some(Other::Forget(name.clone()));
+                }
+            });
+        }
+        clicked
     }
 
     fn notices(&mut self, ui: &mut Ui) {
@@ -813,6 +854,11 @@ impl Desk {
                 folded(ui, "Layers", false, |ui| {
                     commands.extend(land::layers(ui, &world, &self.status, &mut self.look));
                 });
+                folded(ui, "Brush", false, |ui| {
+                    commands.extend(land::brush(ui, &world, &self.status, &mut self.brush));
+                });
+                let header = folded(ui, "Section", false, |ui| land::section(ui, self.section.as_ref()));
+                self.cutting = header;
                 folded(ui, "Path tracing", false, |ui| {
                     commands.extend(land::tracing(ui, &self.status, || save = true));
                 });
@@ -966,6 +1012,17 @@ impl Desk {
             });
             motions.fold(Vec2::ZERO, |sum, by| sum + by)
         });
+        let place = response.hover_pos().map(|at| {
+            let part = (at - rect.min) / rect.size();
+            [part.x, part.y]
+        });
+        if self.cutting && place.is_some() && place != self.pointed {
+            self.pointed = place;
+            self.engine.send(Command::Section(place.unwrap_or_default()));
+        }
+        if self.paint(&response, place) {
+            return;
+        }
         let flat = |by: Vec2| glam::vec2(by.x, -by.y) * LOOK;
         if response.clicked() {
             ui.memory_mut(|memory| memory.stop_text_input());
@@ -985,6 +1042,26 @@ impl Desk {
                 self.engine.send(Command::Approach((wheel * 0.003).clamp(-0.5, 0.5)));
             }
         }
+    }
+
+    /// Lets the brush touch the land; whether it is in the hand.
+    fn paint(&mut self, response: &egui::Response, place: Option<[f32; 2]>) -> bool {
+        let (Some(kind), false) = (self.brush.kind, self.looking) else { return false };
+        let held = response.is_pointer_button_down_on()
+            && response.ctx.input(|input| input.pointer.button_down(PointerButton::Primary));
+        if !held {
+            return response.dragged_by(PointerButton::Primary);
+        }
+        if response.ctx.input(|input| input.pointer.button_pressed(PointerButton::Primary)) {
+            self.engine.send(Command::Stroke);
+        }
+        if let (Some(at), true) = (place, self.engine.is_listening()) {
+            let (radius, strength) = (self.brush.radius, self.brush.amount());
+            self.engine.send(Command::Paint { kind, at, radius, strength });
+        }
+        // It goes on as long as it is held.
+        response.ctx.request_repaint_after(Duration::from_millis(30));
+        true
     }
 
     fn told(&mut self, context: &Context, rect: Rect) {
@@ -1009,7 +1086,8 @@ impl Desk {
     }
 }
 
-/// A part of a panel that can be folded.
-fn folded(ui: &mut Ui, name: &str, open: bool, show: impl FnOnce(&mut Ui)) {
-    egui::CollapsingHeader::new(RichText::new(name).strong()).default_open(open).show(ui, show);
+/// A part of a panel that can be folded; whether it is open.
+fn folded(ui: &mut Ui, name: &str, open: bool, show: impl FnOnce(&mut Ui)) -> bool {
+    let header = egui::CollapsingHeader::new(RichText::new(name).strong()).default_open(open);
+    header.show(ui, show).openness > 0.0
 }

@@ -225,6 +225,7 @@ impl Document {
     }
 
     /// Leaves a key to its default: see [`Document::edit`].
+    #[cfg(test)]
     pub fn remove(&mut self, path: &KeyPath) -> bool {
         self.edit(&Edit::Remove(path.clone()))
     }

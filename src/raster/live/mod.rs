@@ -230,6 +230,18 @@ impl Live {
         patches::camera(&scene, film, &self.bounds)
     }
 
+    /// Slope, normal, and the weights of materials, as they are now, in the light that is there: for overlays.
+    ///
+    /// # Errors
+    /// No memory, or a lost device.
+    pub fn maps(&self) -> gpu::Result<Maps> {
+        let mut rec = self.recorder();
+        let frame = self.frame(&anywhere(), &NO_FILM, 1);
+        rec.upload(&self.prepared.frame, &[frame]);
+        rec.submit()?.wait()?;
+        self.renderer.maps.draw(&self.gpu, &self.scene, &self.prepared, &self.light.exposure)
+    }
+
     /// Whether light is that of the scene as it is now.
     pub fn is_lit(&self) -> bool {
         self.light.stale == 0
@@ -370,14 +382,6 @@ impl Live {
             _ => self.drawing = None,
         }
         Ok(self.drawing.is_some())
-    }
-
-    /// The ground as maps, in the light as it is measured so far.
-    ///
-    /// # Errors
-    /// A lost device, or no memory.
-    pub fn maps(&self) -> gpu::Result<Maps> {
-        self.renderer.maps.draw(&self.gpu, &self.scene, &self.prepared, &self.light.exposure)
     }
 
     /// Time on the device of the picture drawn last and of what was lit since, by pass; empty where a device doesn't tell.

@@ -91,7 +91,8 @@ fn table(ui: &mut Ui, name: &str, rows: impl Iterator<Item = (String, &'static s
 }
 
 /// The tables as Markdown, for the manual.
-pub fn markdown() -> String {
+#[cfg(test)]
+fn markdown() -> String {
     let mut page = String::new();
     for group in Group::ALL {
         page += &format!("\n### {}\n\n| key | what it does |\n|---|---|\n", group.name());
@@ -106,4 +107,23 @@ pub fn markdown() -> String {
         }
     }
     page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::markdown;
+    use std::{env, fs, path::Path};
+
+    #[test]
+    fn the_manual_has_the_same_tables() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/viewer.md");
+        let manual = fs::read_to_string(&path).expect("the manual");
+        let (before, rest) = manual.split_once("<!-- keys -->").expect("where they begin");
+        let (_, after) = rest.split_once("<!-- /keys -->").expect("where they end");
+        let expected = format!("{before}<!-- keys -->\n{}\n<!-- /keys -->{after}", markdown());
+        if env::var_os("TERRANE_BLESS").is_some() {
+            fs::write(&path, &expected).expect("it can be written");
+        }
+        assert!(manual == expected || env::var_os("TERRANE_BLESS").is_some(), "TERRANE_BLESS=1 writes it anew");
+    }
 }

@@ -1,10 +1,11 @@
 //! Land: its simulation, what it is looked at by, and its path tracing.
 
-use super::super::engine::{Command, Legend, Map, Overlay, Process, Status, Traced, WorldStatus};
+use super::super::engine::{Command, Legend, Map, Overlay, Section, Status, Traced, WorldStatus};
 use super::super::theme;
-use crate::raster::{MATERIALS, Scale, colour};
-use crate::terrain::{Progress, Stage};
+use crate::raster::{MATERIALS, Scale, overlay_colour};
+use crate::terrain::{BrushKind, Kind, Progress, Stage};
 use crate::world::World;
+use egui_plot::{Line, Plot, PlotPoints, VLine};
 use egui::{Color32, ComboBox, ProgressBar, Rect, RichText, Slider, Ui, pos2, vec2};
 
 /// What the user has chosen to look at.
@@ -48,10 +49,10 @@ pub fn simulation(ui: &mut Ui, world: &World, status: &Status) -> Vec<Command> {
     ui.add_space(4.0);
     let plan = &world.plan;
     for (process, name, about, exists) in [
-        (Process::Hydraulic, "Water", "Rain that runs off, wears the ground and lays it down", plan.hydraulic.is_some()),
-        (Process::Thermal, "Slides", "Ground that is too steep slides down", plan.thermal.is_some()),
-        (Process::Seabed, "Sea bed", "The bottom of the sea is smoothed before coral grows", plan.seabed_smoothing > 0.0),
-        (Process::Reef, "Reef", "Coral grows; nothing erodes any more from then on", plan.reef.is_some()),
+        (Kind::Hydraulic, "Water", "Rain that runs off, wears the ground and lays it down", plan.hydraulic.is_some()),
+        (Kind::Thermal, "Slides", "Ground that is too steep slides down", plan.thermal.is_some()),
+        (Kind::Seabed, "Sea bed", "The bottom of the sea is smoothed before coral grows", plan.seabed_smoothing > 0.0),
+        (Kind::Reef, "Reef", "Coral grows; nothing erodes any more from then on", plan.reef.is_some()),
     ] {
         if !exists {
             continue;
@@ -106,7 +107,7 @@ fn legend(ui: &mut Ui, legend: &Legend) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 12.0), egui::Sense::hover());
     for part in 0..PARTS {
         let [from, to] = [part, part + 1].map(|at| rect.left() + rect.width() * at as f32 / PARTS as f32);
-        let [r, g, b] = colour((part as f32 + 0.5) / PARTS as f32);
+        let [r, g, b] = overlay_colour((part as f32 + 0.5) / PARTS as f32);
         let area = Rect::from_min_max(pos2(from, rect.top()), pos2(to + 0.5, rect.bottom()));
         ui.painter().rect_filled(area, 0.0, Color32::from_rgb(r, g, b));
     }
@@ -134,6 +135,85 @@ fn short(value: f32) -> String {
         size if size >= 0.01 => format!("{value:.3}"),
         _ => format!("{value:.1e}"),
     }
+}
+
+/// The brush.
+#[derive(Clone, Copy, Debug)]
+pub struct Brush {
+    /// None while the mouse moves the eye.
+    pub kind: Option<BrushKind>,
+    /// Metres.
+    pub radius: f32,
+    pub strength: f32,
+}
+
+impl Default for Brush {
+    fn default() -> Self {
+        Brush { kind: None, radius: 300.0, strength: 0.3 }
+    }
+}
+
+impl Brush {
+    /// What a touch does in the middle, in the unit of its kind.
+    pub fn amount(&self) -> f32 {
+        match self.kind {
+            // A tenth of its radius is a steep hill.
+            Some(BrushKind::Raise | BrushKind::Lower) => self.strength * self.radius * 0.1,
+            Some(BrushKind::Rain) => self.strength * 2.0,
+            _ => 1.0 - self.strength,
+        }
+    }
+}
+
+/// The brush's panel; returns what is to be done.
+pub fn brush(ui: &mut Ui, world: &World, status: &Status, brush: &mut Brush) -> Option<Command> {
+    let WorldStatus::Land { strokes, .. } = &status.world else { return None };
+    ui.horizontal_wrapped(|ui| {
+        for (kind, name, hover) in [
+            (None, "Off", "The mouse moves the eye"),
+            (Some(BrushKind::Raise), "Raise", "Raise the ground"),
+            (Some(BrushKind::Lower), "Lower", "Lower the ground"),
+            (Some(BrushKind::Rain), "Rain", "Pour water on it"),
+            (Some(BrushKind::Mask), "Mask", "Hold the ground: what is masked wholly does not change any more"),
+        ] {
+            let exists = kind != Some(BrushKind::Rain) || world.plan.hydraulic.is_some();
+            let label = egui::Button::selectable(brush.kind == kind, name);
+            if ui.add_enabled(exists, label).on_hover_text(hover).clicked() {
+                brush.kind = kind;
+            }
+        }
+    });
+    let most = world.plan.grid.extent / 4.0;
+    ui.add(Slider::new(&mut brush.radius, most / 100.0..=most).logarithmic(true).text("radius").suffix(" m").max_decimals(0));
+    ui.add(Slider::new(&mut brush.strength, 0.01..=1.0).text("strength").max_decimals(2));
+    let button = ui.add_enabled(*strokes > 0, egui::Button::new("Take the last stroke back"));
+    button.clicked().then_some(Command::TakeStrokeBack)
+}
+
+/// A cut through the land under the mouse.
+pub fn section(ui: &mut Ui, section: Option<&Section>) {
+    let Some(section) = section else {
+        ui.weak("Point at the land.");
+        return;
+    };
+    let sea = f64::from(section.sea_level);
+    let [first, last] = [section.points.first(), section.points.last()].map(|point| point.map_or(0.0, |point| point[0]));
+    Plot::new("section")
+        .height(110.0)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .show_x(false)
+        .show_axes([false, true])
+        .y_axis_min_width(34.0)
+        .show(ui, |plot| {
+            plot.line(Line::new("ground", PlotPoints::from(section.points.clone())).color(theme::ACCENT));
+            let sea = vec![[first, sea], [last, sea]];
+            plot.line(Line::new("sea", PlotPoints::from(sea)).color(Color32::from_rgb(0x56, 0xb4, 0xe9)));
+            plot.vline(VLine::new("here", f64::from(section.at.x)).color(Color32::GRAY));
+        });
+    let [east, up, south] = section.at.to_array();
+    ui.label(RichText::new(format!("{east:.0} m east, {south:.0} m south: {up:.1} m")).small());
 }
 
 /// Path tracing; returns what is to be done. `save` is called when the picture is to be written.
