@@ -423,9 +423,13 @@ fn name(edit: &Edit) -> String {
 /// A report's first sentence, with what is allowed.
 fn in_a_line(report: &str) -> String {
     let title = report.lines().next().unwrap_or_default();
-    // Below the caret stands what is allowed.
-    let label = report.lines().find_map(|line| line.split_once('^').map(|(_, label)| label));
-    match label.map(|label| label.trim_start_matches('^').trim()).filter(|label| !label.is_empty()) {
+    // Beside the caret stands what is allowed.
+    let below = |line: &str| {
+        let (before, label) = line.split_once('^')?;
+        let is_caret = before.trim() == "|";
+        is_caret.then(|| label.trim_start_matches('^').trim().to_string())
+    };
+    match report.lines().find_map(below).filter(|label| !label.is_empty()) {
         Some(label) => format!("{title}: {label}"),
         None => title.into(),
     }
@@ -568,6 +572,13 @@ mod tests {
         assert_eq!((document.undo_name(), document.is_dirty()), (None, false));
         assert!(document.set(&"sea.level".into(), value("101")));
         assert_eq!(document.refused(), None);
+    }
+
+    #[test]
+    fn a_report_in_a_line() {
+        let report = "`grammar` can't grow: it is too long\n --> w.toml:3:1\n  |\n3 | F -> F^F\n  |      ^^^ this rule\n  |\n";
+        assert_eq!(in_a_line(report), "`grammar` can't grow: it is too long: this rule");
+        assert_eq!(in_a_line("no such file"), "no such file");
     }
 
     #[test]

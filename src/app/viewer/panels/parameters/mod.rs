@@ -135,10 +135,10 @@ impl Panel<'_> {
             let all = ui.available_width();
             let gap = ui.spacing().item_spacing.x;
             let rest = if resettable { RESET_WIDTH + gap } else { 0.0 };
-            let width = if wide { all - rest - gap } else { (0.43 * all).min(150.0) };
+            let width = if wide { (all - rest - gap).max(30.0) } else { (0.43 * all).min(150.0) };
             name(ui, entry, width, height);
             if !wide {
-                let size = vec2(all - width - RESET_WIDTH - 2.0 * gap, height);
+                let size = vec2((all - width - RESET_WIDTH - 2.0 * gap).max(30.0), height);
                 ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
                     self.value(ui, entry);
                 });
@@ -172,11 +172,12 @@ impl Panel<'_> {
         let button = egui::Button::new(text).frame(false).truncate();
         let hint =
             if entry.key.default == REQUIRED { "Click to write it." } else { "Click to write a value." };
-        let clicked = ui.add(button).on_hover_ui(|ui| {
+        let button = ui.add(button).on_hover_ui(|ui| {
             ui.label(&entry.key.default);
             ui.weak(hint);
         });
-        if clicked.clicked() {
+        widgets::call(ui, &button, format!("write {}", entry.path));
+        if button.clicked() {
             self.start(entry);
         }
     }
@@ -195,7 +196,9 @@ impl Panel<'_> {
             true => format!("Back to the default, {}", help::default(entry.key)),
             false => "It is written, and is the default: take it out of the file".into(),
         };
-        if ui.add(button).on_hover_text(hover).clicked() {
+        let button = ui.add(button).on_hover_text(hover);
+        widgets::call(ui, &button, format!("reset {}", entry.path));
+        if button.clicked() {
             self.edits.push(Edit::Remove(entry.path.clone()));
         }
     }

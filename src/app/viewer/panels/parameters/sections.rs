@@ -1,6 +1,6 @@
 //! Keys that have keys of their own: tables, one of several things, lists, tables of names. Each is a heading that folds.
 
-use super::widgets::{POPUP, explained, text_field};
+use super::widgets::{POPUP, call, explained, text_field};
 use super::{Entry, Panel, help, is_section, title};
 use crate::world::schema::{Alternative, Key, Names, REQUIRED, Shape, Table};
 use crate::world::{Edit, KeyPath, array_len};
@@ -11,6 +11,8 @@ use egui::{
 use toml_edit::{DocumentMut, InlineTable, Item, Value};
 
 const INDENT: i8 = 10;
+/// Elements of a list that are shown: nobody looks through more, and each takes time in every frame.
+const MOST_SHOWN: usize = 200;
 
 /// A list or a table of names, and where it stands.
 struct Holder<'a> {
@@ -137,6 +139,7 @@ impl Panel<'_> {
         let mut on = !is_word;
         let text = if is_word { RichText::new(word).weak() } else { RichText::new("") };
         let switch = ui.checkbox(&mut on, text);
+        call(ui, &switch, format!("switch {}", entry.path));
         let hover = if is_word { about.to_string() } else { format!("\"{word}\": {about}") };
         if !switch.on_hover_text(hover).changed() {
             return;
@@ -172,6 +175,7 @@ impl Panel<'_> {
             }
             chosen
         });
+        call(ui, &chosen.response, format!("kind of {path}"));
         chosen.response.on_hover_ui(|ui| help::of_alternative(ui, current));
         let Some(chosen) = chosen.inner.flatten().filter(|chosen| chosen.name != current.name) else {
             return;
@@ -187,18 +191,18 @@ impl Panel<'_> {
 
     fn list(&mut self, ui: &mut Ui, holder: &Holder, [least, most]: [usize; 2]) {
         let len = holder.item.and_then(array_len).unwrap_or(0);
-        for index in 0..len {
+        for index in 0..len.min(MOST_SHOWN) {
             let Some(item) = holder.item.and_then(|item| item.get(index)) else { continue };
             let path = holder.path.join(index);
             let buttons = |panel: &mut Self, ui: &mut Ui| {
                 let list = holder.path.clone();
-                if len > least && icon(ui, "×", "Remove it") {
+                if len > least && icon(ui, "×", "remove", &path) {
                     panel.edits.push(Edit::Remove(list.join(index)));
                 }
-                if index + 1 < len && icon(ui, "⏷", "Move it down") {
+                if index + 1 < len && icon(ui, "⏷", "move down", &path) {
                     panel.edits.push(Edit::Move { list: list.clone(), from: index, to: index + 1 });
                 }
-                if index > 0 && icon(ui, "⏶", "Move it up") {
+                if index > 0 && icon(ui, "⏶", "move up", &path) {
                     panel.edits.push(Edit::Move { list, from: index, to: index - 1 });
                 }
             };
@@ -208,8 +212,11 @@ impl Panel<'_> {
                 self.refusal(ui, &path);
             });
         }
+        if len > MOST_SHOWN {
+            ui.weak(format!("and {} more in the file", len - MOST_SHOWN));
+        }
         let new = holder.path.join(len);
-        if len < most && !has_draft(ui, &new) && add(ui) {
+        if len < most && !has_draft(ui, &new) && add(ui, holder.path) {
             self.begin(ui, holder, &new, |path, value| Edit::Insert(path, value));
         }
         self.draft(ui, holder.element, &new, Edit::Insert);
@@ -221,7 +228,7 @@ impl Panel<'_> {
         for (name, item) in entries {
             let path = holder.path.join(name);
             let buttons = |panel: &mut Self, ui: &mut Ui| {
-                if icon(ui, "×", "Remove it") {
+                if icon(ui, "×", "remove", &path) {
                     panel.edits.push(Edit::Remove(path.clone()));
                 }
             };
@@ -267,7 +274,7 @@ impl Panel<'_> {
         };
         if !is_section(shape) {
             ui.horizontal(|ui| {
-                let size = vec2(ui.available_width() - 66.0, ui.spacing().interact_size.y);
+                let size = vec2((ui.available_width() - 66.0).max(30.0), ui.spacing().interact_size.y);
                 ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
                     let key = key(shape);
                     let entry = Entry { key: &key, path: path.clone(), written: Some(item), default: None };
@@ -417,19 +424,18 @@ impl Fold<'_> {
     fn show(
         &self,
         ui: &mut Ui,
-        id: String,
+        path: String,
         right: impl FnOnce(&mut Ui),
         hover: impl FnOnce(&mut Ui),
     ) -> bool {
-        let id = Id::new(("fold", id));
+        let id = Id::new(("fold", &path));
         let was_open = ui.data(|data| data.get_temp::<bool>(id)).unwrap_or(false);
         let is_open = self.can_open && (self.forced || was_open);
         let height = ui.spacing().interact_size.y + 2.0;
         ui.horizontal(|ui| {
             let width = (ui.available_width() - self.side - ui.spacing().item_spacing.x).max(40.0);
             let (rect, response) = ui.allocate_exact_size(vec2(width, height), Sense::click());
-            response
-                .widget_info(|| WidgetInfo::selected(WidgetType::CollapsingHeader, true, is_open, self.name));
+            response.widget_info(|| WidgetInfo::selected(WidgetType::CollapsingHeader, true, is_open, &path));
             self.paint(ui, rect, &response, is_open);
             if response.on_hover_ui(hover).clicked() {
                 ui.data_mut(|data| data.insert_temp(id, !is_open));
@@ -470,15 +476,21 @@ fn body(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
     ui.painter().vline(rect.left() + 4.5, rect.y_range(), stroke);
 }
 
-fn icon(ui: &mut Ui, text: &str, hover: &str) -> bool {
+/// A small button that does something to the element at `path`.
+fn icon(ui: &mut Ui, text: &str, what: &str, path: &KeyPath) -> bool {
     let text = RichText::new(text).color(ui.visuals().weak_text_color());
     let button = Button::new(text).frame(false).min_size(vec2(16.0, 16.0));
     ui.spacing_mut().button_padding.x = 0.0;
-    ui.add(button).on_hover_text(hover).clicked()
+    let name = format!("{what} {path}");
+    let button = ui.add(button).on_hover_text(&name);
+    call(ui, &button, name);
+    button.clicked()
 }
 
-fn add(ui: &mut Ui) -> bool {
-    ui.add(Button::new("+ Add").small()).clicked()
+fn add(ui: &mut Ui, path: &KeyPath) -> bool {
+    let button = ui.add(Button::new("+ Add").small());
+    call(ui, &button, format!("add to {path}"));
+    button.clicked()
 }
 
 /// Whether a click takes a whole section back: not where that would be to lose all of it.

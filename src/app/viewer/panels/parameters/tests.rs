@@ -45,7 +45,7 @@ impl Screen {
         let output = self.context.run_ui(input, |ui| edits = show(ui, &self.document, &self.filter).edits);
         self.texts.clear();
         for clipped in output.shapes {
-            texts(&clipped.shape, &mut self.texts);
+            texts(&clipped.shape, clipped.clip_rect, &mut self.texts);
         }
         edits
     }
@@ -95,12 +95,12 @@ fn key(key: Stroke) -> Event {
     Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE }
 }
 
-/// The texts of a shape, with their places.
-fn texts(shape: &egui::Shape, found: &mut Vec<(String, Rect)>) {
+/// The texts of a shape, with what of their places is seen.
+fn texts(shape: &egui::Shape, clip: Rect, found: &mut Vec<(String, Rect)>) {
     match shape {
-        egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| texts(shape, found)),
+        egui::Shape::Vec(shapes) => shapes.iter().for_each(|shape| texts(shape, clip, found)),
         egui::Shape::Text(text) => {
-            let rect = text.galley.rect.translate(text.pos.to_vec2());
+            let rect = text.galley.rect.translate(text.pos.to_vec2()).intersect(clip);
             let shown: String = text.galley.text().into();
             if !shown.trim().is_empty() {
                 found.push((shown, rect));
@@ -252,7 +252,9 @@ fn an_alternative_that_asks_for_more_is_a_draft() {
     assert!(screen.click(entry.center()).is_empty());
     assert!(screen.has("Apply") && screen.has("Cancel"));
     let at = screen.place("Apply");
-    let edits = screen.click(at);
+    screen.frame(vec![Event::PointerMoved(at)]);
+    screen.frame(vec![button(at, true)]);
+    let edits = screen.frame(vec![button(at, false)]);
     assert_eq!(set(&edits, "sky").to_string().trim(), "{ map = {} }");
     assert!(!screen.document.edit(&edits[0]));
     screen.frame(Vec::new());

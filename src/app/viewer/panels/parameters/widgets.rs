@@ -36,13 +36,15 @@ impl Panel<'_> {
             Shape::Number { .. } | Shape::Whole { .. } => {
                 let default = entry.default.as_ref().and_then(number);
                 let width = ui.available_width();
-                if let Some(value) = number_field(ui, shape, item, default, width) {
+                if let Some(value) = number_field(ui, shape, item, default, width, path) {
                     self.set(path, value);
                 }
             }
             Shape::Switch => {
                 let mut on = item.as_bool().unwrap_or_default();
-                if ui.checkbox(&mut on, "").changed() {
+                let switch = ui.checkbox(&mut on, "");
+                call(ui, &switch, path);
+                if switch.changed() {
                     self.set(path, on.into());
                 }
             }
@@ -74,12 +76,14 @@ impl Panel<'_> {
         if self.is_aside {
             return text_field(ui, path, name, hint, false);
         }
-        let size = egui::vec2(ui.available_width() - BUTTON - 4.0, ui.spacing().interact_size.y);
+        let size = egui::vec2((ui.available_width() - BUTTON - 4.0).max(20.0), ui.spacing().interact_size.y);
         ui.spacing_mut().item_spacing.x = 4.0;
         let field = ui.allocate_ui(size, |ui| text_field(ui, path, name, hint, false));
         ui.spacing_mut().button_padding.x = 2.0;
         let button = Button::new("…").min_size(egui::vec2(BUTTON, 0.0));
-        if ui.add(button).on_hover_text("Choose a file").clicked() {
+        let button = ui.add(button).on_hover_text("Choose a file");
+        call(ui, &button, format!("choose {path}"));
+        if button.clicked() {
             self.browse = Some(path.clone());
         }
         field.inner
@@ -101,6 +105,7 @@ impl Panel<'_> {
             return;
         }
         let button = ui.selectable_label(is_word, word).on_hover_text(about);
+        call(ui, &button, format!("{} {word}", entry.path));
         match (is_word, button.clicked()) {
             (true, true) => self.start(entry),
             (false, true) => self.set(&entry.path, word.into()),
@@ -113,15 +118,16 @@ impl Panel<'_> {
     fn array(&mut self, ui: &mut Ui, elements: &[Shape], item: &Item, entry: &Entry) {
         let gap = 3.0;
         let count = elements.len().max(1) as f32;
-        let width = (ui.available_width() - gap * (count - 1.0)) / count;
+        let width = ((ui.available_width() - gap * (count - 1.0)) / count).max(10.0);
         ui.spacing_mut().item_spacing.x = gap;
         for (index, element) in elements.iter().enumerate() {
             let Some(inner) = item.get(index) else { continue };
             let default = entry.default.as_ref().and_then(|default| number(default.get(index)?));
-            let field = ui.push_id(index, |ui| number_field(ui, element, inner, default, width));
+            let path = entry.path.join(index);
+            let field = ui.push_id(index, |ui| number_field(ui, element, inner, default, width, &path));
             let Some(value) = field.inner else { continue };
             if entry.written.is_some() {
-                self.set(&entry.path.join(index), value);
+                self.set(&path, value);
             } else {
                 let values = (0..elements.len()).filter_map(|index| item.get(index)?.as_value().cloned());
                 let mut array: Array = values.collect();
@@ -137,6 +143,7 @@ impl Panel<'_> {
         let about = words.iter().find(|[word, _]| *word == current).map_or("", |[_, about]| about);
         let combo = ComboBox::from_id_salt("choice").width(width).selected_text(current).truncate();
         let chosen = combo.show_ui(ui, |ui| choices(ui, words, current));
+        call(ui, &chosen.response, path);
         if !about.is_empty() {
             chosen.response.on_hover_text(paragraph(about));
         }
@@ -148,7 +155,8 @@ impl Panel<'_> {
     fn colour(&mut self, ui: &mut Ui, item: &Item, path: &KeyPath) {
         let Some(current) = colour(item) else { return };
         let mut chosen = current;
-        ui.color_edit_button_srgb(&mut chosen);
+        let button = ui.color_edit_button_srgb(&mut chosen);
+        call(ui, &button, format!("colour {path}"));
         let text = hex(current);
         let typed = text_field(ui, path, &text, "#rrggbb", false);
         if chosen != current {
@@ -157,6 +165,11 @@ impl Panel<'_> {
             self.set(path, typed.into());
         }
     }
+}
+
+/// Gives a widget the name of its key, by which screen readers and scripts know it.
+pub fn call(ui: &Ui, response: &Response, name: impl ToString) {
+    ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name.to_string()));
 }
 
 /// Words, each with its meaning, in an open list; returns the one that was clicked.
@@ -188,7 +201,14 @@ pub fn explained(ui: &Ui, word: &str, about: &str) -> LayoutJob {
 // Numbers ------------------------------------------------------------------------------------------------------------
 
 /// A number that is dragged or typed, and a bar that shows where it lies in what is usual. Returns a new value.
-fn number_field(ui: &mut Ui, shape: &Shape, item: &Item, default: Option<f64>, width: f32) -> Option<Value> {
+fn number_field(
+    ui: &mut Ui,
+    shape: &Shape,
+    item: &Item,
+    default: Option<f64>,
+    width: f32,
+    path: &KeyPath,
+) -> Option<Value> {
     let current = number(item)?;
     let (range, usual, unit) = match shape {
         Shape::Number { unit, range: [least, most], usual } => (*least..=*most, *usual, suffix(unit)),
@@ -209,6 +229,7 @@ fn number_field(ui: &mut Ui, shape: &Shape, item: &Item, default: Option<f64>, w
     let height = ui.spacing().interact_size.y;
     ui.spacing_mut().interact_size.x = width;
     let response = ui.add_sized([width, height], field);
+    call(ui, &response, path);
     if !response.has_focus() {
         scale.paint(ui, current, response.rect);
     }
@@ -351,6 +372,7 @@ pub fn text_field(ui: &mut Ui, path: &KeyPath, current: &str, hint: &str, long: 
     let field =
         field.id(id).desired_width(ui.available_width()).hint_text(egui::RichText::new(hint).italics());
     let response: Response = ui.add(field);
+    call(ui, &response, path);
     if response.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, text));
         return None;
