@@ -73,8 +73,7 @@ fn pictures_are_developed_as_on_the_host() {
         // From black through white to what is far beyond it, of every hue, and some that no picture should hold.
         let unit = |stream: u32| terrane::core::hash::mix(at * 4 + stream) as f32 / u32::MAX as f32;
         let brightness = (14.0 * unit(3) - 9.0).exp2();
-        [0, 1, 2].map(|stream| brightness * unit(stream)).iter().copied().chain([1.0]).collect::<Vec<_>>()
-            [..]
+        [0, 1, 2].map(|stream| brightness * unit(stream)).iter().copied().chain([1.0]).collect::<Vec<_>>()[..]
             .try_into()
             .expect("four")
     };
@@ -166,7 +165,8 @@ fn what_changes_is_seen() {
     lit(&mut live);
     // Ground, in the same images.
     let grid = old.ground.grid;
-    let heights: Vec<f32> = kit::island::island(grid).height.iter().map(|height| 0.7 * height + 20.0).collect();
+    let heights: Vec<f32> =
+        kit::island::island(grid).height.iter().map(|height| 0.7 * height + 20.0).collect();
     for ground in [&old.ground, &new.ground] {
         let mut rec = Recorder::new(&gpu);
         rec.upload(&ground.height, &heights);
@@ -273,7 +273,8 @@ fn false_colours_are_those_of_the_legend() {
         [(linear, [-1.0, 1.0], Scale::Linear, 2), (powers, [0.1, 10.0], Scale::Logarithmic, 4)]
     {
         let shown = Shown::Values { image, bounds, scale };
-        let with = |opacity| View { overlay: Some(Overlay { shown: shown.clone(), opacity }), ..plain.clone() };
+        let with =
+            |opacity| View { overlay: Some(Overlay { shown: shown.clone(), opacity }), ..plain.clone() };
         assert!(draw(&gpu, &mut live, &with(0.0)) == under);
         let [half, whole] = [0.5, 1.0].map(|opacity| draw(&gpu, &mut live, &with(opacity)));
         for row in [3, 45, 80] {

@@ -84,9 +84,7 @@ fn a_brush_raises_as_much_as_its_falloff_says_and_nothing_beyond_it() {
 fn ground_stays_what_it_began_with_and_its_change() {
     let gpu = kit::gpu();
     let mut simulation = eroding(&gpu, &everything());
-    simulation
-        .brush(Brush { kind: BrushKind::Raise, at: [0.0, 0.0], radius: 200.0, strength: 7.0 })
-        .unwrap();
+    simulation.brush(Brush { kind: BrushKind::Raise, at: [0.0, 0.0], radius: 200.0, strength: 7.0 }).unwrap();
     let check = |simulation: &Simulation, reef: bool| {
         let fields = simulation.fields();
         let [height, start] = [fields.height.src(), &fields.start].map(|image| texels(&gpu, image));
@@ -349,9 +347,12 @@ fn ground_that_is_updated_is_the_land_as_it_is() {
     simulation.update(&mut ground).unwrap();
     let land = simulation.land().unwrap();
     assert_eq!(ground.sea_level, land.sea_level);
-    for (updated, new) in
-        [(ground.height, land.height), (ground.water, land.water), (ground.wetness, land.wetness), (ground.reef, land.reef)]
-    {
+    for (updated, new) in [
+        (ground.height, land.height),
+        (ground.water, land.water),
+        (ground.wetness, land.wetness),
+        (ground.reef, land.reef),
+    ] {
         assert_eq!(texels(&gpu, &updated), texels(&gpu, &new));
     }
 }

@@ -186,7 +186,13 @@ impl Renderer {
         let lit = Lit { scene, prepared, exposure, crowd };
         if crowd.materials().is_some() {
             let plant = Image::new(&self.gpu, "plant", size)?;
-            self.population.draw(&self.gpu, crowd, (scene, prepared), tile.clip(film), (&range, &plant, &depth))?;
+            self.population.draw(
+                &self.gpu,
+                crowd,
+                (scene, prepared),
+                tile.clip(film),
+                (&range, &plant, &depth),
+            )?;
             let mut rec = Recorder::new(&self.gpu);
             self.record_foliage(&mut rec, &lit, origin, (&range, &plant), &radiance);
             rec.submit()?.wait()?;

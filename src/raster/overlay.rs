@@ -106,7 +106,11 @@ impl Pass {
         Ok(Pass {
             pass: Compute::new(gpu, ())?,
             colours: super::population::shapes::upload(gpu, "colours", &encoded(&COLOURS))?,
-            materials: super::population::shapes::upload(gpu, "colours", &encoded(&MATERIALS.map(|(_, colour)| colour)))?,
+            materials: super::population::shapes::upload(
+                gpu,
+                "colours",
+                &encoded(&MATERIALS.map(|(_, colour)| colour)),
+            )?,
             no_values: Image::new(gpu, "no layer", [1; 2])?,
             no_weights: Image::new(gpu, "no layer", [1; 2])?,
         })

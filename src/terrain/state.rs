@@ -152,7 +152,8 @@ pub(super) fn clear(rec: &mut Recorder, fields: &Fields) {
         controls: _,
     } = fields;
     rec.concurrent(|rec| {
-        for image in [height.src(), height.dst(), start, change, sediment.src(), sediment.dst(), slope, reef] {
+        for image in [height.src(), height.dst(), start, change, sediment.src(), sediment.dst(), slope, reef]
+        {
             rec.clear(image);
         }
         for image in [carbon.src(), carbon.dst()] {

@@ -17,8 +17,7 @@ use crate::gpu::{
     format::{D32f, R32f, Rg32f, Rgba8, Rgba32f, Rgba32ui},
 };
 use crate::scene::{
-    self, Camera, Developer, Development, Film, Ground, Light, Population, Scene, Sea, Surface,
-    shelter::side,
+    self, Camera, Developer, Development, Film, Ground, Light, Population, Scene, Sea, Surface, shelter::side,
 };
 use crate::shaders::{
     Frame, Patch,
@@ -295,7 +294,8 @@ impl Live {
         let pixels = [film.width, film.height];
         if target.size() != pixels {
             let [width, height] = target.size();
-            let error = format!("a picture of {} × {} in an image of {width} × {height}", film.width, film.height);
+            let error =
+                format!("a picture of {} × {} in an image of {width} × {height}", film.width, film.height);
             return Err(gpu::Error::Unsupported(error));
         }
         let size = pixels.map(|side| side * view.samples);
@@ -363,8 +363,7 @@ impl Live {
         // Pixels of which all samples are there.
         let pixel_row = |row: u32| if row == tiles.rows() { film.height } else { row * TILE / samples };
         let pixel_rows = pixel_row(rows.start)..pixel_row(rows.end);
-        let development =
-            Development { samples: *samples, exposure: film.exposure, tone_map: film.tone_map };
+        let development = Development { samples: *samples, exposure: film.exposure, tone_map: film.tone_map };
         let (developer, target) = (&self.passes.developer, &drawing.target);
         if !pixel_rows.is_empty() {
             developer.develop_rows(&mut rec, radiance, target, development, pixel_rows.clone());
@@ -518,7 +517,9 @@ impl Live {
 
     /// Draws and shades whoever is seen.
     fn draw_plants(&mut self, crowd: &Crowd, size: [u32; 2]) -> gpu::Result<()> {
-        let Some(canvas) = self.canvas.as_mut().filter(|_| crowd.materials().is_some()) else { return Ok(()) };
+        let Some(canvas) = self.canvas.as_mut().filter(|_| crowd.materials().is_some()) else {
+            return Ok(());
+        };
         let plant = match &canvas.plant {
             Some(plant) => plant.clone(),
             None => canvas.plant.insert(Image::new(&self.gpu, "plant", size)?).clone(),

@@ -20,8 +20,8 @@ use crate::scene::{Population, Scene};
 use crate::shaders::{self, raster::plant};
 
 use cast::Casts;
-use std::sync::Arc;
 use shapes::Shapes;
+use std::sync::Arc;
 use view::{Frustum, Resolution, Seen};
 
 pub(super) struct Passes {

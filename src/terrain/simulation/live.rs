@@ -201,8 +201,17 @@ impl Simulation {
 
     fn can_become(&self, plan: &Plan) -> bool {
         // Without `..`: what is new is judged here.
-        let Plan { grid, layers, sea_level, boundary, controls: _, hydraulic, thermal, seabed_smoothing, reef } =
-            plan;
+        let Plan {
+            grid,
+            layers,
+            sea_level,
+            boundary,
+            controls: _,
+            hydraulic,
+            thermal,
+            seabed_smoothing,
+            reef,
+        } = plan;
         let now = &self.plan;
         let Some(work) = self.stages.get(self.current) else { return false };
         let stage = work.stage;
@@ -290,13 +299,8 @@ impl Simulation {
             BrushKind::Rain => (1, strength),
             BrushKind::Mask => (2, strength.clamp(0.0, 1.0)),
         };
-        let push = brush::Push {
-            first,
-            middle,
-            radius: reach,
-            strength,
-            sea_level: self.plan.acting_sea_level(),
-        };
+        let push =
+            brush::Push { first, middle, radius: reach, strength, sea_level: self.plan.acting_sea_level() };
         let coral = self.coral_grows();
         let program = self.brushes.program(&self.gpu, number)?;
         let fields = &self.fields;

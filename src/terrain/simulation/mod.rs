@@ -83,12 +83,9 @@ impl Layer {
     /// Of its values.
     pub fn unit(self) -> &'static str {
         match self {
-            Layer::Height
-            | Layer::Water
-            | Layer::Sediment
-            | Layer::Wear
-            | Layer::Deposit
-            | Layer::Reef => "m",
+            Layer::Height | Layer::Water | Layer::Sediment | Layer::Wear | Layer::Deposit | Layer::Reef => {
+                "m"
+            }
             Layer::Flow => "m³/s",
             Layer::Wetness => "",
         }
