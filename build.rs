@@ -4,6 +4,8 @@
 mod bindgen;
 #[path = "build/shader.rs"]
 mod shader;
+#[path = "build/worlds.rs"]
+mod worlds;
 
 use std::{
     env, fs,
@@ -19,6 +21,7 @@ const MAKERS: [&str; 3] = ["src/terrain", "src/gpu", "src/core"];
 fn main() -> ExitCode {
     println!("cargo::rerun-if-changed=glsl");
     println!("cargo::rerun-if-changed=build");
+    println!("cargo::rerun-if-changed=configs");
     MAKERS.iter().for_each(|folder| println!("cargo::rerun-if-changed={folder}"));
     let out = env::var_os("OUT_DIR").expect("cargo sets OUT_DIR");
     match build(Path::new("glsl"), Path::new(&out)) {
@@ -41,6 +44,7 @@ fn build(glsl: &Path, out: &Path) -> Result<(), String> {
         }
     }
     write(&out.join("shaders.rs"), bindgen::rust(&programs)?.as_bytes())?;
+    write(&out.join("worlds.rs"), worlds::rust(Path::new("configs"))?.as_bytes())?;
     println!("cargo::rustc-env=TERRANE_CODE={:016x}", code(&programs)?);
     println!("cargo::rustc-env=TERRANE_SHADERS={:016x}", shaders(&programs));
     Ok(())

@@ -3,6 +3,7 @@
 mod kit;
 
 use glam::DVec3;
+use kit::zoom::{light, surface};
 use std::collections::HashSet;
 use terrane::{
     core::camera::direction,
@@ -12,7 +13,7 @@ use terrane::{
     zoom::{
         address::{Attitude, Place},
         background::{self, Band},
-        height::{Refinement, Roughness, Spine, Surface},
+        height::{Spine, Surface},
         motion::{Autopilot, Depth, clearance},
         tree::Detail,
         view::{Renderer, Settings, View},
@@ -32,16 +33,6 @@ const SETTINGS: Settings = Settings {
     slots: 8000,
     samples: 1,
 };
-
-fn surface(seed: u32) -> Surface {
-    Surface { seed, refinement: Refinement::Triangles, roughness: Roughness::Quarter }
-}
-
-fn light() -> Light {
-    let toward = direction(2.0, 0.5);
-    let sun = Sun { direction: toward, irradiance: [98_000.0, 92_000.0, 80_000.0], diameter: 0.0093 };
-    Light { sky: preetham::sky(2.6, toward.as_dvec3()), sun: Some(sun), air: None, clouds: 0.0 }
-}
 
 fn steered(surface: Surface, depth: Depth) -> View {
     let pose = Autopilot::new(surface).at(&mut Spine::new(surface), depth);
@@ -120,28 +111,77 @@ fn layers_are_seen_where_they_are() {
     assert!(eyes.len() > 10);
 }
 
+/// What a layer leaves out lies under what is nearer, half a cell of its roots inside at least: from wherever the layer's eye serves.
+#[test]
+fn layers_overlap() {
+    let mut least = f64::INFINITY;
+    let mut left_out = 0;
+    for (seed, level) in (0..).zip([14, 21, 22, 40, 77, 300, 1001]) {
+        for part in 0..4 {
+            let surface = surface(seed);
+            let mut spine = Spine::new(surface);
+            let View { place, .. } = steered(surface, Depth(u64::from(level) << 16 | part << 14));
+            let altitude = clearance(&mut spine, &place, level).unwrap().distance;
+            // What lies over a layer is seen from here: from the place itself over the nearest.
+            let mut over = place.clone();
+            for layer in (1..=background::nearest(altitude)).rev().take(4) {
+                let roots = background::roots(&mut spine, &over, layer, Detail::COMMON);
+                let band = Band::new(&mut spine, &place, layer, Detail::COMMON, 8000).unwrap();
+                let drawn: HashSet<_> = band.leaves.iter().map(|leaf| leaf.cell).collect();
+                for leaf in band.tree.leaves().iter().filter(|leaf| !drawn.contains(&leaf.cell)) {
+                    let finer = leaf.cell.level - roots.level();
+                    let [from, to] = [0, roots.size as u64 - 1].map(|step| {
+                        [roots.first.x, roots.first.z].map(|first| first.wrapping_add(step) << finer)
+                    });
+                    let cells = |number: u64| number as i64 as f64 / f64::from(1u32 << finer);
+                    for (axis, at) in [leaf.cell.x, leaf.cell.z].into_iter().enumerate() {
+                        least = least.min(cells(at.wrapping_sub(from[axis])));
+                        least = least.min(cells(to[axis].wrapping_sub(at).wrapping_sub(1)));
+                    }
+                    left_out += 1;
+                }
+                over = band.eye;
+            }
+        }
+    }
+    println!("{left_out} leaves left out, {least} cells inside at least");
+    assert!(left_out > 500 && least >= 0.5);
+}
+
 /// Where whole numbers have the digits for it, a picture without layers is what one with layers should be.
 #[test]
 fn a_background_is_what_tiles_would_show() {
     let gpu = kit::gpu();
     let light = light();
-    let all = Settings { layers: None, ..SETTINGS };
+    let octaves = 40;
+    let layered = Settings {
+        octaves,
+        clear: 0.3,
+        layers: Some(background::layers(octaves)),
+        face: 640,
+        ..SETTINGS
+    };
     let mut differ = 0;
-    for (seed, depth) in [(1, 23), (2, 26), (3, 29), (4, 30)] {
-        let view = steered(surface(seed), Depth::level(depth));
-        let expected = shot(&mut renderer(&gpu, all, &light, seed), &view);
-        let found = shot(&mut renderer(&gpu, Settings { face: 640, ..SETTINGS }, &light, seed), &view);
-        // Of both, as they are developed: outlines are not as sharp in a background, that is all.
-        let [expected, found] = [expected, found].map(|picture| picture.developed(ToneMap::Filmic));
-        let apart: Vec<u8> = expected.iter().zip(&found).map(|(a, b)| a.abs_diff(*b)).collect();
-        let far = apart.iter().filter(|apart| **apart > 24).count();
-        let mean = apart.iter().map(|apart| f64::from(*apart)).sum::<f64>() / apart.len() as f64;
-        println!("depth {depth}: mean {mean:.3}, {far} of {} far apart", apart.len());
-        assert!(mean < 0.2 && far < apart.len() / 500);
-        differ += usize::from(mean > 0.0);
+    for (seed, depth) in [(1, 23), (2, 24), (3, 29), (4, 30)] {
+        let [mut tiles, mut behind] = [Settings { layers: None, ..layered }, layered]
+            .map(|settings| renderer(&gpu, settings, &light, seed));
+        // All around.
+        for quarter in 0..4u16 {
+            let mut view = steered(surface(seed), Depth::level(depth));
+            view.attitude.yaw = view.attitude.yaw.wrapping_add(quarter << 14);
+            // As they are developed: outlines are not as sharp in a background, that is all.
+            let [expected, found] = [&mut tiles, &mut behind]
+                .map(|renderer| shot(renderer, &view).developed(ToneMap::Filmic));
+            let apart: Vec<u8> = expected.iter().zip(&found).map(|(a, b)| a.abs_diff(*b)).collect();
+            let far = apart.iter().filter(|apart| **apart > 24).count();
+            let mean = apart.iter().map(|apart| f64::from(*apart)).sum::<f64>() / apart.len() as f64;
+            println!("depth {depth}, to {}°: mean {mean:.3}, {far} of {} far apart", 90 * quarter, apart.len());
+            assert!(mean < 0.1 && far < apart.len() / 1000);
+            differ += usize::from(mean > 0.0);
+        }
     }
     // Backgrounds are seen.
-    assert!(differ > 1);
+    assert!(differ > 4);
 }
 
 /// Haze hides whatever is below the last layer that counts.
@@ -201,7 +241,7 @@ fn how_a_background_was_made_does_not_show() {
 }
 
 /// With ground that the sun makes green and a sky that has none of it, nothing of the sky shows below the first ground of a column of a picture that looks
-/// straight ahead.
+/// straight ahead: neither between layers nor between the faces of one.
 #[test]
 fn nothing_shows_between_layers() {
     let gpu = kit::gpu();

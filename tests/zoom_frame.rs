@@ -3,13 +3,12 @@
 mod kit;
 
 use glam::DVec3;
+use kit::zoom::{Words, light, random_place_above, surface};
 use sha2::{Digest, Sha256};
 use terrane::{
-    core::camera::direction,
-    scene::{Film, Light, Picture, Sun, ToneMap},
-    sky::preetham,
+    scene::{Film, Picture, ToneMap},
     zoom::{
-        address::{Attitude, Place},
+        address::Attitude,
         background,
         height::{Refinement, Roughness, Spine, Surface},
         motion::{Autopilot, Depth},
@@ -31,38 +30,6 @@ const SETTINGS: Settings = Settings {
 };
 
 const FILM: Film = Film { width: 160, height: 90, exposure: 1.0 / 20_000.0, tone_map: ToneMap::Filmic };
-
-fn surface(seed: u32) -> Surface {
-    Surface { seed, refinement: Refinement::Triangles, roughness: Roughness::Quarter }
-}
-
-fn light() -> Light {
-    let toward = direction(2.0, 0.5);
-    let sun = Sun { direction: toward, irradiance: [98_000.0, 92_000.0, 80_000.0], diameter: 0.0093 };
-    Light { sky: preetham::sky(2.6, toward.as_dvec3()), sun: Some(sun), air: None, clouds: 0.0 }
-}
-
-struct Words(u64);
-
-impl Words {
-    fn next(&mut self) -> u32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 32) as u32
-    }
-}
-
-/// A place of random digits, about a cell of the level above the surface.
-fn random_place(spine: &mut Spine, words: &mut Words, level: u32) -> Place {
-    let mut place = Place::default();
-    for digits in (32..level + 64).step_by(32) {
-        place.x.add(words.next().into(), digits);
-        place.z.add(words.next().into(), digits);
-    }
-    place.y = spine.ground(&place, level + 24);
-    // Amplitudes are quarters of cells.
-    place.y.add(4 + i64::from(words.next() % 8), level);
-    place
-}
 
 fn steered(surface: Surface, depth: Depth) -> View {
     let pose = Autopilot::new(surface).at(&mut Spine::new(surface), depth);
@@ -98,15 +65,16 @@ fn no_holes(places: u32) {
         let surface = Surface { seed, refinement, roughness };
         let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
         for index in 0..places {
-            let level = words.next() % 60;
+            let level = (words.word() % 60) as u32;
             // At random places rough surfaces are cliffs, past which one looks down far.
             let is_steered = index % 2 == 0 || roughness == Roughness::Half;
             let place = if is_steered {
-                steered(surface, Depth(u64::from(level) << 16 | u64::from(words.next() % 65_536))).place
+                steered(surface, Depth(u64::from(level) << 16 | words.word() % 65_536)).place
             } else {
-                random_place(renderer.spine(), &mut words, level)
+                let height = (1 << 10) + (words.word() >> 53) as i64;
+                random_place_above(renderer.spine(), &mut words, level, height)
             };
-            let yaw = words.next() as u16;
+            let yaw = words.word() as u16;
             let view = |pitch: f64, fov: f64| View {
                 place: place.clone(),
                 attitude: Attitude { yaw, pitch: turn(pitch), roll: 0 },

@@ -1,6 +1,9 @@
 //! Motion over the surface of a zoom: never through it, down for ever, and back on the same path.
 
+mod kit;
+
 use glam::DVec3;
+use kit::zoom::{Words, random_place_above};
 use terrane::zoom::{
     address::{Attitude, Fixed, Location, Place},
     height::{AMPLITUDE, Patch, REACH, Refinement, Roughness, Spine, Surface, rises},
@@ -14,32 +17,9 @@ fn surface(seed: u32) -> Surface {
     Surface { seed, refinement: MODES[seed as usize % 2], roughness: Roughness::Half }
 }
 
-/// Random words: splitmix64 (Steele, Lea & Flood 2014).
-fn words(mut state: u64) -> impl FnMut() -> u64 {
-    move || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let word = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let word = (word ^ word >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        word ^ word >> 31
-    }
-}
-
 /// −1 to 1.
 fn signed_unit(word: u64) -> f64 {
     (word >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-}
-
-/// A random place, `height` times 2⁻¹⁰ cells of a level above the ground below it.
-fn random_place(spine: &mut Spine, seed: u64, depth: u32, height: i64) -> Place {
-    let mut word = words(seed);
-    let mut place = Place::default();
-    for level in (32..depth + 64).step_by(32) {
-        place.x.add((word() >> 32) as i64, level);
-        place.z.add((word() >> 32) as i64, level);
-    }
-    place.y = spine.ground(&place, depth + 20);
-    place.y.add(height, depth + 10 - spine.surface().roughness.halvings());
-    place
 }
 
 /// From a place to the nearest vertex of the surface seven levels below `level`, in cells of `level`, and how much nearer
@@ -71,7 +51,7 @@ fn clearance_is_the_distance_to_the_surface() {
     for seed in 0..6 {
         let mut spine = Spine::new(surface(seed));
         let depth = [3, 40, 200][seed as usize % 3];
-        let place = random_place(&mut spine, seed.into(), depth, 3000);
+        let place = random_place_above(&mut spine, &mut Words(seed.into()), depth, 3000);
         let Clearance { distance, is_above } = clearance(&mut spine, &place, depth).unwrap();
         assert!(is_above);
         let cells = |level: u32| distance.cells * 2f64.powi(level as i32 - distance.level as i32);
@@ -87,14 +67,14 @@ fn hints_and_what_was_before_do_not_change_the_clearance() {
     for seed in 0..10 {
         let mut spine = Spine::new(surface(seed));
         let depth = 30 + 40 * seed;
-        let place = random_place(&mut spine, seed.into(), depth, 1500);
+        let place = random_place_above(&mut spine, &mut Words(seed.into()), depth, 1500);
         let expected = clearance(&mut spine, &place, depth);
         assert!(expected.is_some());
         for hint in [0, 5, depth - 7, depth - 1, depth + 1, depth + 40, 100_000] {
             assert_eq!(clearance(&mut spine, &place, hint), expected, "hint {hint}");
             assert_eq!(clearance(&mut Spine::new(surface(seed)), &place, hint), expected, "hint {hint}");
         }
-        let below = random_place(&mut spine, seed.into(), depth, -1500);
+        let below = random_place_above(&mut spine, &mut Words(seed.into()), depth, -1500);
         assert!(!clearance(&mut spine, &below, depth).unwrap().is_above);
         assert_eq!(Flight::new(&mut spine, below, depth).unwrap_err(), Buried);
     }
@@ -139,17 +119,17 @@ fn surface_below(spine: &mut Spine, place: &Place, level: u32) -> f64 {
 fn fly_at_random(seed: u32, steps: u32) -> u32 {
     let surface = surface(seed);
     let mut spine = Spine::new(surface);
-    let start = random_place(&mut spine, seed.into(), 5, 2000);
+    let start = random_place_above(&mut spine, &mut Words(seed.into()), 5, 2000);
     let mut flight = Flight::new(&mut spine, start, 5).unwrap();
-    let mut word = words(seed.into());
+    let mut words = Words(seed.into());
     let mut deepest = 0;
     let mut drift = -0.6;
     for step in 0..steps {
-        if word().is_multiple_of(300) {
-            drift = if word().is_multiple_of(4) { 0.5 } else { -0.6 };
+        if words.word().is_multiple_of(300) {
+            drift = if words.word().is_multiple_of(4) { 0.5 } else { -0.6 };
         }
-        let direction = DVec3::from_array([(); 3].map(|()| signed_unit(word()))) + DVec3::Y * drift;
-        let way = if word().is_multiple_of(50) { 8.0 } else { 0.5 };
+        let direction = DVec3::from_array([(); 3].map(|()| signed_unit(words.word()))) + DVec3::Y * drift;
+        let way = if words.word().is_multiple_of(50) { 8.0 } else { 0.5 };
         flight.fly(&mut spine, direction, way);
         let Distance { level, cells } = flight.clearance();
         deepest = deepest.max(level);
@@ -181,7 +161,7 @@ fn no_flight_of_a_million_steps_passes_the_surface() {
 #[test]
 fn strange_input_moves_nothing_strangely() {
     let mut spine = Spine::new(surface(1));
-    let place = random_place(&mut spine, 1, 5, 2000);
+    let place = random_place_above(&mut spine, &mut Words(1), 5, 2000);
     let mut flight = Flight::new(&mut spine, place.clone(), 5).unwrap();
     let mut fly = |direction, way| flight.fly(&mut spine, direction, way);
     fly(DVec3::NAN, 1.0);
@@ -425,7 +405,7 @@ fn assistance_leads_to_gentle_ground() {
     let descend = |strength: f64, seed: u32| {
         let surface = Surface { refinement: Refinement::Triangles, ..surface(seed) };
         let mut spine = Spine::new(surface);
-        let place = random_place(&mut spine, seed.into(), 3, 2000);
+        let place = random_place_above(&mut spine, &mut Words(seed.into()), 3, 2000);
         let mut flight = Flight::new(&mut spine, place, 3).unwrap();
         let (mut sum, mut count) = (0.0, 0);
         while flight.clearance().level < 120 {
@@ -453,7 +433,7 @@ fn assistance_leads_to_gentle_ground() {
 fn a_way_out_leads_back() {
     for seed in 0..4 {
         let mut spine = Spine::new(surface(seed));
-        let place = random_place(&mut spine, seed.into(), 300, 2000);
+        let place = random_place_above(&mut spine, &mut Words(seed.into()), 300, 2000);
         let flight = Flight::new(&mut spine, place.clone(), 300).unwrap();
         let (way, depth) = flight.way_out(&mut spine);
         let roughness = spine.surface().roughness;

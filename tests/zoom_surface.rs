@@ -1,9 +1,11 @@
 //! The surface of a zoom and the addresses on it: every height against integers without bounds, borders, random numbers, codes.
 
+mod kit;
 #[path = "reference/zoom.rs"]
 mod naive;
 
 use glam::DVec3;
+use kit::zoom::Words;
 use naive::{Naive, low};
 use num_bigint::BigInt;
 use proptest::prelude::*;
@@ -23,25 +25,11 @@ fn naive(surface: &Surface) -> Naive {
     Naive { seed: surface.seed, bilinear: surface.refinement == Refinement::Bilinear }
 }
 
-/// Random words: splitmix64 (Steele, Lea & Flood 2014).
-struct Words(u64);
-
-impl Iterator for Words {
-    type Item = u64;
-
-    fn next(&mut self) -> Option<u64> {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let word = (self.0 ^ self.0 >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let word = (word ^ word >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        Some(word ^ word >> 31)
-    }
-}
-
 /// Random digits, `count` of them, behind a whole part.
 fn random_number(words: &mut Words, whole: i64, count: u32) -> Fixed {
     let mut number = Fixed::from(whole);
     for level in (32..=count).step_by(32) {
-        number.add((words.next().unwrap() >> 32) as i64, level);
+        number.add((words.word() >> 32) as i64, level);
     }
     number
 }
@@ -431,8 +419,8 @@ fn neighbours_agree_about_their_border() {
         });
         let mut words = Words(1);
         for level in 1..=1000 {
-            let down = (words.next().unwrap() & 1) as u32;
-            let bases = [words.next(), words.next()].map(|word| (word.unwrap() >> 50) as i64);
+            let down = (words.word() & 1) as u32;
+            let bases = [words.word(), words.word()].map(|word| (word >> 50) as i64);
             // Each has a base of its own, near that of its parent.
             let [left, right] = [(1, bases[0]), (0, bases[1])].map(|(half, shift)| {
                 let tile = &pair[1 - half as usize];
@@ -526,13 +514,13 @@ fn slopes_of_random_places_drift() {
         for _ in 0..count {
             let patch = Patch::start(
                 &surface,
-                words.next().unwrap() as i64 >> 1,
-                words.next().unwrap() as i64 >> 1,
+                words.word() as i64 >> 1,
+                words.word() as i64 >> 1,
                 2,
             );
             let (mut cell, mut corners) = (patch.cell(0, 0), patch.corners(0, 0));
             for _ in 0..LEVELS {
-                let quarter = (words.next().unwrap() >> 62) as u32;
+                let quarter = (words.word() >> 62) as u32;
                 corners = corners.children(&surface, cell)[quarter as usize];
                 cell = cell.child([quarter % 2, quarter / 2]);
             }

@@ -2,6 +2,7 @@
 
 mod kit;
 
+use kit::zoom::{Words, random_place};
 use terrane::{
     gpu::{Gpu, Recorder},
     zoom::{
@@ -17,21 +18,6 @@ const MODES: [Refinement; 2] = [Refinement::Triangles, Refinement::Bilinear];
 
 fn surface(seed: u32, refinement: Refinement) -> Surface {
     Surface { seed, refinement, roughness: Roughness::Half }
-}
-
-/// A place of random digits.
-fn random_place(seed: u64, depth: u32) -> Place {
-    let mut state = seed;
-    let mut word = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 32) as i64
-    };
-    let mut place = Place::default();
-    for level in (32..depth + 64).step_by(32) {
-        place.x.add(word(), level);
-        place.z.add(word(), level);
-    }
-    place
 }
 
 /// The cell of a place, and its corners.
@@ -73,7 +59,7 @@ fn check(all: &[Vec<i32>; 3], tiles: &Tiles, spine: &mut Spine, place: &Place, c
 fn chain(gpu: &Gpu, refinement: Refinement, bits: u32, slots: u32, levels: u32) -> usize {
     let surface = surface(3, refinement);
     let mut spine = Spine::new(surface);
-    let place = random_place(5, levels);
+    let place = random_place(&mut Words(5), levels + 63);
     let mut tiles = Tiles::new(gpu, surface, bits, slots).unwrap();
     let mut all_levels = (0..levels).collect::<Vec<u32>>();
     let mut compared = 0;
@@ -159,7 +145,7 @@ fn places_with_the_same_last_digits_are_told_apart() {
     let gpu = kit::gpu();
     let surface = surface(2, Refinement::Triangles);
     let mut spine = Spine::new(surface);
-    let place = random_place(1, 300);
+    let place = random_place(&mut Words(1), 363);
     let mut moved = place.clone();
     moved.z.add(3, 50);
     let mut tiles = Tiles::new(&gpu, surface, 4, 50).unwrap();
@@ -183,7 +169,7 @@ fn a_small_pool_makes_what_it_can() {
     let gpu = kit::gpu();
     let surface = surface(2, Refinement::Bilinear);
     let mut spine = Spine::new(surface);
-    let place = random_place(1, 40);
+    let place = random_place(&mut Words(1), 103);
     let mut tiles = Tiles::new(&gpu, surface, 4, 5).unwrap();
     let wanted: Vec<_> = (0..9).map(|level| own(&mut spine, &place, level)).collect();
     let mut rec = Recorder::new(&gpu);

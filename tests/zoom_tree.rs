@@ -1,6 +1,9 @@
 //! Which tiles of a zoom are looked at: all of the ground, once, as finely as it is near, neighbours one level apart.
 
+mod kit;
+
 use glam::DVec3;
+use kit::zoom::{Words, random_place_above};
 use std::collections::{HashMap, HashSet};
 use terrane::zoom::{
     address::{Cell, Place},
@@ -11,30 +14,6 @@ use terrane::zoom::{
 
 fn surface(seed: u32) -> Surface {
     Surface { seed, refinement: Refinement::Triangles, roughness: Roughness::Half }
-}
-
-/// Random words: splitmix64 (Steele, Lea & Flood 2014).
-fn words(mut state: u64) -> impl FnMut() -> u64 {
-    move || {
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let word = (state ^ state >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let word = (word ^ word >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
-        word ^ word >> 31
-    }
-}
-
-/// A random place, one to two cells of a level above the ground below it.
-fn random_place(spine: &mut Spine, seed: u64, depth: u32) -> Place {
-    let mut word = words(seed);
-    let mut place = Place::default();
-    for level in (32..depth + 64).step_by(32) {
-        place.x.add((word() >> 32) as i64, level);
-        place.z.add((word() >> 32) as i64, level);
-    }
-    place.y = spine.ground(&place, depth + 12);
-    let digits = spine.surface().roughness.halvings();
-    place.y.add((1 << 10) + (word() >> 54) as i64, depth + 10 - digits);
-    place
 }
 
 fn steered_place(autopilot: &mut Autopilot, spine: &mut Spine, depth: u32) -> Place {
@@ -129,7 +108,9 @@ fn places(count: u32, mut visit: impl FnMut(&mut Spine, &Place, u32)) {
     for seed in 0..count {
         let mut spine = Spine::new(surface(seed));
         let depth = 15 + seed * 17 % 300;
-        let place = random_place(&mut spine, seed.into(), depth);
+        let mut words = Words(seed.into());
+        let height = (1 << 10) + (words.word() >> 54) as i64;
+        let place = random_place_above(&mut spine, &mut words, depth, height);
         visit(&mut spine, &place, depth);
     }
     let mut autopilot = Autopilot::new(surface(1));
@@ -230,7 +211,7 @@ fn what_is_not_ready_is_not_drawn() {
         assert_eq!(same.leaves(), all.leaves());
         for missing in [1000, 100, 10, 2, 1] {
             let is_ready = |cell: Cell| {
-                !words(cell.x ^ cell.z.rotate_left(32) ^ u64::from(cell.level))().is_multiple_of(missing)
+                !Words(cell.x ^ cell.z.rotate_left(32) ^ u64::from(cell.level)).word().is_multiple_of(missing)
             };
             let mut tree = all.clone();
             tree.wait_for(is_ready);

@@ -11,9 +11,10 @@
 #include "lib/zoom_material.glsl"
 
 layout(constant_id = 0) const uint BITS = 7u;           // log2 of the quads along a side
+layout(constant_id = 1) const bool BILINEAR = false;
 
 // Levels from a tile to the one that its heights are compared with.
-const uint RELIEF_LEVELS = 4u;
+const uint RELIEF_LEVELS = 6u;
 const uint NO_SLOT = 0xffffffffu;
 
 // The heights of a tile, and what they are compared with.
@@ -78,8 +79,10 @@ struct Ground {
     vec3 albedo;
 };
 
-// The height between the corners of a cell, 0 and b, c, d, on its two triangles. Any other surface would leave traces of the coarse cells.
-float on_triangles(bool rises, vec2 t, float b, float c, float d) {
+// The height between the corners of a cell, 0 and b, c, d, as refinement has it: on two triangles or on a bilinear patch. Any other surface would leave
+// traces of the coarse cells.
+float between(bool rises, vec2 t, float b, float c, float d) {
+    if (BILINEAR) return b * t.x + c * t.y + (d - b - c) * t.x * t.y;
     if (rises) return t.x > t.y ? b * t.x + (d - b) * t.y : c * t.y + (d - c) * t.x;
     return t.x + t.y < 1.0 ? b * t.x + c * t.y : d + (c - d) * (1.0 - t.x) + (b - d) * (1.0 - t.y);
 }
@@ -99,7 +102,7 @@ Ground ground_at(TileSource source, ivec2 at, uint level) {
         float b = float(height(source.reference, coarse + ivec2(1, 0)) - a);
         float c = float(height(source.reference, coarse + ivec2(0, 1)) - a);
         float d = float(height(source.reference, coarse + ivec2(1, 1)) - a);
-        float coarser = on_triangles(((coarse.x ^ coarse.y) & 1) == 0, t, b, c, d);
+        float coarser = between(((coarse.x ^ coarse.y) & 1) == 0, t, b, c, d);
         above = float(here - (a << RELIEF_LEVELS)) - float(1 << RELIEF_LEVELS) * coarser;
     }
     ground.relief = clamp(above * source.relief, -1.0, 1.0);

@@ -37,6 +37,10 @@ pub enum Error {
     /// A picture keeps its noise.
     #[error("{0}")]
     Denoiser(String),
+    /// There is no window.
+    #[cfg(feature = "viewer")]
+    #[error("no window: {0}")]
+    Window(String),
     /// Two pictures are not the same.
     #[error("{0}")]
     Differs(String),
@@ -106,6 +110,8 @@ impl Error {
             // Another picture was asked for than the file is of: that's no damage.
             Error::Bench(_) | Error::Validation(_) | Error::OtherPicture { .. } | Error::Shards(_) => 1,
             Error::Denoiser(_) => 1,
+            #[cfg(feature = "viewer")]
+            Error::Window(_) => 1,
             Error::Differs(_) => 9,
             Error::Interrupted { .. } => 130,
         }

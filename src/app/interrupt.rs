@@ -48,9 +48,24 @@ fn end() {
     }
 }
 
+/// Whether the work under way is of no use any more, though the program goes on.
+static CANCELLED: AtomicBool = AtomicBool::new(false);
+
 /// Whether an interruption has been asked for.
 pub fn requested() -> bool {
+    REQUESTED.get().is_some() || CANCELLED.load(Ordering::Relaxed)
+}
+
+/// Whether the program has been asked to end.
+#[cfg(feature = "viewer")]
+pub fn asked() -> bool {
     REQUESTED.get().is_some()
+}
+
+/// Ends the work under way as an interruption does, or lets the next begin.
+#[cfg(feature = "viewer")]
+pub fn cancel(on: bool) {
+    CANCELLED.store(on, Ordering::Relaxed);
 }
 
 /// Whether it has been asked since the last look that what there is be written.

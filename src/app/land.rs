@@ -30,6 +30,7 @@ pub fn open(options: &DeviceOptions, session: &mut Session) -> Result<Gpu, Error
         device: options.device.clone(),
         memory_limit: options.memory_limit,
         validation: session.validation.clone(),
+        window_extensions: Vec::new(),
     };
     let gpu = Gpu::new(&options)?;
     session.report.device = Some(gpu.info().name.clone());

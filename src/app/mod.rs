@@ -11,6 +11,8 @@ mod memory;
 mod population;
 mod progress;
 mod report;
+#[cfg(feature = "viewer")]
+mod viewer;
 mod way;
 
 pub use error::{EXIT_CODES, Error};

@@ -53,6 +53,12 @@ impl Progress {
         Progress { channel, current: None, stages: Vec::new() }
     }
 
+    /// Tells nobody.
+    #[cfg(feature = "viewer")]
+    pub fn silent() -> Self {
+        Progress::new(Voice::Quiet)
+    }
+
     /// Says that `iteration` of `of` iterations of a stage are done. The first call of another stage ends the one before;
     /// what is done by then comes from the cache.
     pub fn show(&mut self, stage: &'static str, iteration: u64, of: u64) {

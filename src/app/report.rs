@@ -48,6 +48,8 @@ pub enum Details {
     Cache(serde_json::Value),
     Plant(serde_json::Value),
     Comparison(serde_json::Value),
+    #[cfg(feature = "viewer")]
+    View(Viewed),
     /// `rows` and what they were measured on.
     #[serde(untagged)]
     Bench(Bench),
@@ -98,6 +100,18 @@ pub struct Flown {
     pub gpu_ms: f64,
     /// What the device keeps from one picture to the next.
     pub gpu_bytes: u64,
+}
+
+/// What a window has shown.
+#[cfg(feature = "viewer")]
+#[derive(Serialize)]
+pub struct Viewed {
+    pub frames: u64,
+    /// Frames that showed what input did, and how long it had waited for them, milliseconds.
+    pub inputs: usize,
+    pub input_median_ms: f32,
+    pub input_95_ms: f32,
+    pub input_longest_ms: f32,
 }
 
 #[derive(Serialize)]

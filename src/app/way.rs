@@ -105,6 +105,38 @@ impl Way {
         self.levels_per_frame = levels_per_frame;
     }
 
+    /// Makes known what the way to a frame leads by, which takes seconds far down. In between, `check` may end it.
+    ///
+    /// # Errors
+    /// Those of `check`.
+    pub fn come_to(
+        &mut self,
+        spine: &mut Spine,
+        frame: u32,
+        check: impl Fn() -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        const STEP: usize = 1 << 14;
+        let ascent;
+        let (place, level) = match &mut self.course {
+            Course::In { autopilot, depth, .. } => {
+                let level = (*depth + f64::from(frame) * self.levels_per_frame) as u32;
+                for passed in (0..level).step_by(STEP) {
+                    check()?;
+                    autopilot.target(passed);
+                }
+                (autopilot.target(level), level)
+            }
+            Course::Out(way) => {
+                ascent = way;
+                (&ascent.start.place, ascent.start.level)
+            }
+        };
+        while !spine.approach(place, level) {
+            check()?;
+        }
+        Ok(())
+    }
+
     /// Refuses frames that the way does not come to.
     ///
     /// # Errors

@@ -77,7 +77,7 @@ const WARM: u32 = 32;
 const FRAMES_A_LEVEL: u32 = 32;
 
 /// How often each flight is flown. Other work on the machine can only add, so the shorter time of a frame counts.
-const PASSES: u32 = 2;
+const PASSES: u32 = 5;
 
 /// Flights take turns frame by frame, so that whatever slows the machine down slows all of them. Between two frames `stops` is asked whether to end, and
 /// `done` is told each row.

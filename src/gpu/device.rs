@@ -22,6 +22,8 @@ pub struct Options {
     pub memory_limit: Option<u64>,
     /// Switches the validation layer on (core and synchronization); its messages are collected here.
     pub validation: Option<MessageLog>,
+    /// Instance extensions that showing pictures in a window takes; none if there is no window.
+    pub window_extensions: Vec<&'static CStr>,
 }
 
 /// Messages of the validation layer. Clones share one list.
@@ -85,7 +87,7 @@ pub struct DeviceInfo {
 
 /// Every Vulkan device of this machine, usable or not.
 pub fn devices() -> Result<Vec<DeviceInfo>> {
-    let instance = Instance::new(None)?;
+    let instance = Instance::new(None, &[])?;
     Ok(instance.candidates()?.into_iter().map(|candidate| candidate.info).collect())
 }
 
@@ -127,9 +129,9 @@ pub(super) struct AccelerationLimits {
 impl Gpu {
     /// Opens the device that `options` name.
     pub fn new(options: &Options) -> Result<Gpu> {
-        let instance = Instance::new(options.validation.clone())?;
+        let instance = Instance::new(options.validation.clone(), &options.window_extensions)?;
         let candidate = choose(instance.candidates()?, options.device.as_deref())?;
-        open(instance, candidate, options.memory_limit)
+        open(instance, candidate, options.memory_limit, !options.window_extensions.is_empty())
     }
 
     pub fn info(&self) -> &DeviceInfo {
@@ -139,6 +141,12 @@ impl Gpu {
     /// Device memory in use, by name.
     pub fn memory(&self) -> Usage {
         lock(&self.0.memory).as_ref().map(Memory::usage).unwrap_or_default()
+    }
+
+    /// What a window's surface is made with.
+    #[cfg(feature = "viewer")]
+    pub(super) fn instance(&self) -> (&ash::Entry, &ash::Instance, vk::PhysicalDevice) {
+        (&self.0.instance.entry, &self.0.instance.raw, self.0.physical)
     }
 
     pub(super) fn shared(&self) -> &Shared {
@@ -217,11 +225,12 @@ struct Instance {
     // The messenger writes here until the instance is gone.
     _log: Option<MessageLog>,
     // The loader's library stays mapped as long as the functions in it may be called.
-    _entry: ash::Entry,
+    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "kept alive"))]
+    entry: ash::Entry,
 }
 
 impl Instance {
-    fn new(log: Option<MessageLog>) -> Result<Instance> {
+    fn new(log: Option<MessageLog>, window_extensions: &[&'static CStr]) -> Result<Instance> {
         // SAFETY: loading the Vulkan loader runs its initializers, which are sound in any loader that conforms.
         let entry = unsafe { ash::Entry::load() }
             .map_err(|error| Error::Loader { reason: format!("the Vulkan loader is missing ({error})") })?;
@@ -231,8 +240,10 @@ impl Instance {
             return Err(Error::Loader { reason: "the Vulkan loader is older than 1.3".into() });
         }
         let has_debug_utils = has_debug_utils(&entry, log.is_some())?;
-        let extensions: Vec<*const c_char> =
-            has_debug_utils.then_some(ext::debug_utils::NAME.as_ptr()).into_iter().collect();
+        check_extensions(&entry, window_extensions)?;
+        let debug_utils = has_debug_utils.then_some(ext::debug_utils::NAME);
+        let extensions = debug_utils.into_iter().chain(window_extensions.iter().copied());
+        let extensions: Vec<*const c_char> = extensions.map(CStr::as_ptr).collect();
         let layers: Vec<*const c_char> =
             log.is_some().then_some(VALIDATION_LAYER.as_ptr()).into_iter().collect();
         if log.is_some() && !has_layer(&entry, VALIDATION_LAYER)? {
@@ -263,9 +274,9 @@ impl Instance {
             }
             result => Error::Vk { op: "vkCreateInstance", result },
         })?;
-        let mut instance = Instance { raw, messenger: None, has_debug_utils, _log: log, _entry: entry };
+        let mut instance = Instance { raw, messenger: None, has_debug_utils, _log: log, entry: entry };
         if instance._log.is_some() {
-            let debug = ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
+            let debug = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             let info = self::messenger_info(instance._log.as_ref());
             // SAFETY: the extension is enabled; the log that the callback writes to lives as long as the instance.
             let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
@@ -384,14 +395,23 @@ impl Instance {
 }
 
 impl Instance {
-    /// Whether rays can be traced by compute shaders, through structures that the device builds.
-    fn has_ray_query(&self, physical: vk::PhysicalDevice) -> bool {
+    fn has_extensions(&self, physical: vk::PhysicalDevice, names: &[&CStr]) -> bool {
         // SAFETY: the physical device belongs to this instance.
         let extensions =
             unsafe { self.raw.enumerate_device_extension_properties(physical) }.unwrap_or_default();
-        let has =
-            |name: &CStr| extensions.iter().any(|extension| extension.extension_name_as_c_str() == Ok(name));
-        if !RAY_QUERY_EXTENSIONS.into_iter().all(has) {
+        names.iter().all(|name| extensions.iter().any(|it| it.extension_name_as_c_str() == Ok(*name)))
+    }
+
+    fn check_presents(&self, physical: vk::PhysicalDevice, info: &DeviceInfo) -> Result<()> {
+        match self.has_extensions(physical, &[khr::swapchain::NAME]) {
+            true => Ok(()),
+            false => Err(Error::NoDevice(format!("{} can't show pictures in a window", info.name))),
+        }
+    }
+
+    /// Whether rays can be traced by compute shaders, through structures that the device builds.
+    fn has_ray_query(&self, physical: vk::PhysicalDevice) -> bool {
+        if !self.has_extensions(physical, &RAY_QUERY_EXTENSIONS) {
             return false;
         }
         let mut acceleration = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
@@ -474,7 +494,12 @@ fn choose_index(infos: &[&DeviceInfo], wanted: Option<&str>) -> Result<usize> {
     Ok(index)
 }
 
-fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> Result<Gpu> {
+fn open(
+    instance: Instance,
+    candidate: Candidate,
+    memory_limit: Option<u64>,
+    for_windows: bool,
+) -> Result<Gpu> {
     let Candidate { physical, queue_family, timestamps, limits, info } = candidate;
     let priorities = [1.0];
     let queues =
@@ -496,15 +521,22 @@ fn open(instance: Instance, candidate: Candidate, memory_limit: Option<u64>) -> 
     let mut acceleration =
         vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
     let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
-    let extensions = RAY_QUERY_EXTENSIONS.map(CStr::as_ptr);
+    let mut extensions = Vec::new();
+    if for_windows {
+        instance.check_presents(physical, &info)?;
+        extensions.push(khr::swapchain::NAME.as_ptr());
+    }
+    if info.ray_query {
+        extensions.extend(RAY_QUERY_EXTENSIONS.map(CStr::as_ptr));
+    }
     let mut create = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_features(&features)
+        .enabled_extension_names(&extensions)
         .push_next(&mut v12)
         .push_next(&mut v13);
     if info.ray_query {
-        create =
-            create.enabled_extension_names(&extensions).push_next(&mut acceleration).push_next(&mut query);
+        create = create.push_next(&mut acceleration).push_next(&mut query);
     }
     // SAFETY: all features were seen to be supported; the structs live until the call returns.
     let device =
@@ -581,6 +613,21 @@ fn has_debug_utils(entry: &ash::Entry, with_validation: bool) -> Result<bool> {
         }
     }
     Ok(false)
+}
+
+/// Of the instance, for windows.
+fn check_extensions(entry: &ash::Entry, names: &[&'static CStr]) -> Result<()> {
+    if names.is_empty() {
+        return Ok(());
+    }
+    // SAFETY: a global function of a loader that is loaded.
+    let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }
+        .map_err(vk_error("vkEnumerateInstanceExtensionProperties"))?;
+    let has = |name: &CStr| extensions.iter().any(|it| it.extension_name_as_c_str() == Ok(name));
+    match names.iter().find(|name| !has(name)) {
+        Some(name) => Err(Error::Unsupported(format!("windows, for want of {}", name.to_string_lossy()))),
+        None => Ok(()),
+    }
 }
 
 fn has_layer(entry: &ash::Entry, name: &CStr) -> Result<bool> {

@@ -49,6 +49,11 @@ impl<F: Format> Image<F> {
         &self.0.name
     }
 
+    /// Whether another handle, or a submission under way, has it too.
+    pub fn is_shared(&self) -> bool {
+        Arc::strong_count(&self.0) > 1
+    }
+
     pub(super) fn raw(&self) -> &Arc<Raw> {
         &self.0
     }

@@ -3,6 +3,7 @@
 //! - [`Gpu`] is a cheap handle to a device; [`Image`], [`Layers`] and [`Buffer`] are named handles whose last drop frees them.
 //! - [`Compute`] and [`Raster`] are pipelines, typed by an [`Interface`] that build.rs writes from the shaders.
 //! - An [`AccelerationStructure`] is what a device that traces rays by itself does so through.
+//! - A `Swapchain` shows images in a window.
 //! - A [`Recorder`] takes passes and becomes a [`Submission`]; what the passes name lives until it has finished.
 //!
 //! **Barriers.** Every pass waits for all before it: one global memory barrier at each boundary. Our work is chains in
@@ -24,9 +25,13 @@ mod objects;
 mod pipeline;
 mod recorder;
 mod submission;
+#[cfg(feature = "viewer")]
+mod swapchain;
 mod texels;
 mod transfer;
 
+#[cfg(feature = "viewer")]
+pub use self::swapchain::{Pacing, Shown, Swapchain, Target, window_extensions};
 pub use self::{
     acceleration::{AccelerationStructure, Stance},
     buffer::Buffer,

@@ -180,6 +180,8 @@ pub enum Blend {
     None,
     /// `src·α + dst·(1 − α)`.
     Alpha,
+    /// `src + dst·(1 − α)`: colours have been multiplied by their α.
+    Premultiplied,
 }
 
 /// A raster pipeline.
@@ -220,8 +222,11 @@ impl<S: RasterInterface> Raster<S> {
             .depth_compare_op(vk::CompareOp::GREATER);
         let attachment = vk::PipelineColorBlendAttachmentState::default()
             .color_write_mask(vk::ColorComponentFlags::RGBA)
-            .blend_enable(state.blend == Blend::Alpha)
-            .src_color_blend_factor(vk::BlendFactor::SRC_ALPHA)
+            .blend_enable(state.blend != Blend::None)
+            .src_color_blend_factor(match state.blend {
+                Blend::Premultiplied => vk::BlendFactor::ONE,
+                Blend::None | Blend::Alpha => vk::BlendFactor::SRC_ALPHA,
+            })
             .dst_color_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA)
             .src_alpha_blend_factor(vk::BlendFactor::ONE)
             .dst_alpha_blend_factor(vk::BlendFactor::ONE_MINUS_SRC_ALPHA);

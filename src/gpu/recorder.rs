@@ -11,7 +11,7 @@ use super::{
         self, Access, Bind, Bindable, BindingLayout, Compute, ComputeInterface, Descriptor, Interface,
         Raster, RasterInterface, Share, TargetFormats,
     },
-    submission::{Stamp, Submission},
+    submission::{Signals, Stamp, Submission},
 };
 use ash::vk;
 use bytemuck::Pod;
@@ -223,7 +223,12 @@ impl Recorder {
     ///
     /// # Errors
     /// The first error of the recording, or of the submission itself.
-    pub fn submit(mut self) -> Result<Submission> {
+    pub fn submit(self) -> Result<Submission> {
+        self.submit_between(Signals::default())
+    }
+
+    /// The same, waiting for one semaphore and signalling another.
+    pub(super) fn submit_between(mut self, signals: Signals) -> Result<Submission> {
         if let Some(error) = self.error.take() {
             return Err(error);
         }
@@ -235,7 +240,7 @@ impl Recorder {
         self.barrier(to_host);
         // SAFETY: the command buffer is recording.
         unsafe { self.device().end_command_buffer(self.command) }.map_err(vk_error("vkEndCommandBuffer"))?;
-        Submission::new(self.objects, self.command, self.held, self.stamps, self.last_pass)
+        Submission::new(self.objects, self.command, self.held, self.stamps, self.last_pass, signals)
     }
 
     fn with_stamps(gpu: &Gpu, capacity: u32) -> Recorder {
@@ -452,6 +457,17 @@ impl Recorder {
 }
 
 impl Draws<'_> {
+    /// From now on only what lies in the rectangle from `least` to before `end` is drawn, texels.
+    pub fn clip(&mut self, least: [u32; 2], end: [u32; 2]) {
+        let [width, height] = [0, 1].map(|axis| end[axis].saturating_sub(least[axis]));
+        let offset = vk::Offset2D { x: least[0].min(1 << 20) as i32, y: least[1].min(1 << 20) as i32 };
+        let area = vk::Rect2D { offset, extent: vk::Extent2D { width, height } };
+        if self.rec.error.is_none() {
+            // SAFETY: the command buffer is recording, and the rectangle ends before a signed number does.
+            unsafe { self.rec.device().cmd_set_scissor(self.rec.command, 0, &[area]) };
+        }
+    }
+
     /// Draws `draw.vertices` vertices (or control points) `draw.instances` times.
     pub fn draw<S: RasterInterface>(
         &mut self,

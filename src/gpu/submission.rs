@@ -54,6 +54,13 @@ pub(super) struct Stamp {
     pub first: u32,
 }
 
+/// What a submission waits for before it begins and tells when it has ended, beside its fence.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Signals {
+    pub wait: Option<vk::Semaphore>,
+    pub signal: Option<vk::Semaphore>,
+}
+
 impl Submission {
     pub(super) fn new(
         objects: Objects,
@@ -61,6 +68,7 @@ impl Submission {
         held: HashMap<usize, Share>,
         stamps: Vec<Stamp>,
         last_pass: &'static str,
+        signals: Signals,
     ) -> Result<Submission> {
         let gpu = objects.gpu.clone();
         let device = &gpu.shared().device;
@@ -68,8 +76,16 @@ impl Submission {
         let fence = unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }
             .map_err(vk_error("vkCreateFence"))?;
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(command)];
-        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-        // SAFETY: the command buffer has ended; the queue is locked; what the commands name is in `held`.
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let info = |semaphore| vk::SemaphoreSubmitInfo::default().semaphore(semaphore).stage_mask(all);
+        let waits: Vec<_> = signals.wait.map(info).into_iter().collect();
+        let signals: Vec<_> = signals.signal.map(info).into_iter().collect();
+        let submit = [vk::SubmitInfo2::default()
+            .wait_semaphore_infos(&waits)
+            .command_buffer_infos(&commands)
+            .signal_semaphore_infos(&signals)];
+        // SAFETY: the command buffer has ended; the queue is locked; what the commands name is in `held`; who gives semaphores
+        // keeps them until the fence.
         let result = unsafe { device.queue_submit2(*gpu.queue(), &submit, fence) };
         if let Err(result) = result {
             // SAFETY: the submission failed, so nothing signals the fence.
@@ -83,6 +99,16 @@ impl Submission {
     pub fn wait(self) -> Result<Finished> {
         self.wait_for_fence()?;
         Ok(Finished { id: self.objects.id, timings: self.timings()? })
+    }
+
+    /// Whether the device has finished.
+    ///
+    /// # Errors
+    /// A lost device.
+    pub fn is_finished(&self) -> Result<bool> {
+        // SAFETY: the fence was submitted with the commands.
+        unsafe { self.gpu().shared().device.get_fence_status(self.fence) }
+            .map_err(|result| lost_or(result, self.last_pass, "vkGetFenceStatus"))
     }
 
     fn gpu(&self) -> &Gpu {

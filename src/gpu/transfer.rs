@@ -124,6 +124,16 @@ impl Recorder {
         self.hold_place(place);
     }
 
+    /// Fills the first elements of a buffer.
+    pub fn upload_first<T: Pod>(&mut self, target: &Buffer<T>, data: &[T]) {
+        if data.len() > target.len() {
+            let error = format!("an upload of {} elements to a place for {}", data.len(), target.len());
+            self.error.get_or_insert(Error::Unsupported(error));
+        } else if !data.is_empty() {
+            self.write(target.raw(), 0, bytemuck::cast_slice(data));
+        }
+    }
+
     /// Fills part of a buffer, which has room for it.
     pub(super) fn write(&mut self, target: &Arc<buffer::Raw>, offset: u64, bytes: &[u8]) {
         self.pass("upload", |rec| {

@@ -2,7 +2,7 @@
 
 use super::{
     address::{Cell, Place},
-    height::{AMPLITUDE, FRACTION_BITS, Surface},
+    height::{AMPLITUDE, FRACTION_BITS, Refinement, Surface},
     tiles::{Slot, Tiles},
     tree::{Detail, Leaf, Tree},
 };
@@ -19,7 +19,7 @@ use crate::{
 use glam::{DVec3, Vec3};
 
 /// Levels from a tile to the one that its heights are compared with, to tell hollows from summits.
-pub(super) const RELIEF_LEVELS: u32 = 4;
+pub(super) const RELIEF_LEVELS: u32 = 6;
 
 /// No tile (see zoom/tile.vert).
 const NO_SLOT: u32 = u32::MAX;
@@ -104,7 +104,8 @@ impl Painter {
             cull: Cull::None,
             blend: Blend::None,
         };
-        let pass = Raster::new(gpu, tile::Constants { bits }, &state)?;
+        let bilinear = surface.refinement == Refinement::Bilinear;
+        let pass = Raster::new(gpu, tile::Constants { bits, bilinear }, &state)?;
         Ok(Painter { gpu: gpu.clone(), surface, detail, bits, indices: indices(gpu, bits)?, pass })
     }
 

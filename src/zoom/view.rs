@@ -119,14 +119,22 @@ const EARLY: f64 = 1.25;
 /// more than this in one picture.
 const TILES_AHEAD: usize = 8;
 
+/// What hides what is far.
+#[derive(Clone, Copy, Debug)]
+struct Haze {
+    /// The altitude that its octaves count from.
+    altitude: Distance,
+    /// Octaves of distance from there on to where nothing is seen but sky.
+    octaves: f32,
+}
+
 /// What a view shows.
 #[derive(Clone, Debug)]
 pub struct Selection {
     pub tree: Tree,
     /// To the surface.
     pub altitude: Distance,
-    /// Octaves of distance from there on to where nothing is seen but sky.
-    pub octaves: f32,
+    haze: Haze,
     /// What the tiles are made from: from coarse to fine.
     wanted: Vec<(Cell, Corners)>,
 }
@@ -165,6 +173,22 @@ impl Renderer {
         })
     }
 
+    /// From now on pictures are of another size, or have another number of samples along the side of a pixel. The background stays as fine as it
+    /// is.
+    ///
+    /// # Errors
+    /// What the device has no room for.
+    pub fn reshape(&mut self, film: &Film, samples: u32) -> gpu::Result<()> {
+        if (self.film, self.settings.samples) == (*film, samples) {
+            return Ok(());
+        }
+        let size = [film.width, film.height];
+        self.canvas = Canvas::new(&self.gpu, "radiance", size.map(|side| side * samples))?;
+        self.pixels = Image::new(&self.gpu, "pixels", size)?;
+        (self.film, self.settings.samples) = (*film, samples);
+        Ok(())
+    }
+
     /// Patches of the surface, for flights.
     pub fn spine(&mut self) -> &mut Spine {
         &mut self.spine
@@ -201,8 +225,20 @@ impl Renderer {
     /// # Errors
     /// If the eye is below the surface or too near to it, or what the device has no memory for.
     pub fn render(&mut self, view: &View) -> Result<Shot, Error> {
+        self.render_in_haze(view, None)
+    }
+
+    /// The same, in the haze of a place at another altitude, at least half as high and at most twice: eyes of a pair look through that of the middle between
+    /// them.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_in_haze(&mut self, view: &View, altitude: Option<Distance>) -> Result<Shot, Error> {
         let start = Instant::now();
-        let selection = self.select(view)?;
+        let mut selection = self.select(view)?;
+        if let Some(altitude) = altitude {
+            selection.haze = self.haze(altitude);
+        }
         // First, since its tiles may take slots.
         let behind = {
             let (background, mut means) = self.means();
@@ -264,7 +300,7 @@ impl Renderer {
     /// # Errors
     /// If the eye is below the surface or too near to it.
     pub fn select(&mut self, view: &View) -> Result<Selection, Error> {
-        let Settings { octaves, layers, slots, detail, .. } = self.settings;
+        let Settings { layers, slots, detail, .. } = self.settings;
         let surface = *self.spine.surface();
         let altitude = self.altitude(view)?;
         let layer = layers.map_or(0, |_| background::nearest(altitude));
@@ -272,10 +308,13 @@ impl Renderer {
         let mut wanted = background::above(&mut self.spine, &view.place, &roots);
         let tree = Tree::new(&surface, &view.place, &roots, detail, slots as usize)?;
         wanted.extend(tree.nodes());
+        Ok(Selection { tree, altitude, haze: self.haze(altitude), wanted })
+    }
+
+    fn haze(&self, altitude: Distance) -> Haze {
         // There is sky where the plain ends.
         let to_end = background::PLAIN_OCTAVES + altitude.depth();
-        let octaves = (to_end as f32).clamp(0.01, octaves as f32);
-        Ok(Selection { tree, altitude, octaves, wanted })
+        Haze { altitude, octaves: (to_end as f32).clamp(0.01, self.settings.octaves as f32) }
     }
 
     /// Makes the tiles that are not there; returns how many.
@@ -320,11 +359,13 @@ impl Renderer {
 
     /// From samples to pixels, with what is behind them.
     fn develop(&self, rec: &mut Recorder, selection: &Selection, behind: Option<Behind>) {
-        let Selection { altitude, octaves, .. } = selection;
+        let Selection { altitude: own, haze: Haze { altitude, octaves }, .. } = selection;
+        // Samples tell distances in cells of the level of their own altitude.
+        let scale = libm::exp2(f64::from(own.level) - f64::from(altitude.level));
         let push = develop::Push {
             side: self.settings.samples as i32,
             exposure: self.film.exposure,
-            altitude: altitude.cells as f32,
+            altitude: (altitude.cells * scale) as f32,
             veil: [self.settings.clear.min(0.99) * octaves, *octaves],
             offset: behind.map_or(0.0, |of| altitude.depth() - f64::from(of.level)) as f32,
             has_background: behind.is_some().into(),

@@ -3,6 +3,8 @@
 // Each test crate uses its own part of the kit.
 #![allow(dead_code)]
 
+#[cfg(feature = "viewer")]
+pub mod desktop;
 pub mod field;
 pub mod forest;
 pub mod island;
@@ -12,6 +14,7 @@ pub mod program;
 pub mod scenery;
 pub mod stage;
 pub mod tiff;
+pub mod zoom;
 
 use std::{
     ops::Deref,

@@ -17,6 +17,8 @@ mod render;
 mod schema;
 
 use super::progress::Voice;
+#[cfg(feature = "viewer")]
+use super::viewer;
 use super::{EXIT_CODES, Error, Session};
 use clap::{Parser, Subcommand};
 use options::OutputOptions;
@@ -35,6 +37,8 @@ pub struct Cli {
 #[derive(Subcommand)]
 enum Verb {
     Render(render::Arguments),
+    #[cfg(feature = "viewer")]
+    View(viewer::Arguments),
     Export(export::Arguments),
     Merge(merge::Arguments),
     Plant(plant::Arguments),
@@ -53,6 +57,8 @@ impl Cli {
     pub fn run(&self, session: &mut Session) -> Result<(), Error> {
         match &self.verb {
             Verb::Render(arguments) => render::run(arguments, session),
+            #[cfg(feature = "viewer")]
+            Verb::View(arguments) => viewer::run(arguments, session),
             Verb::Export(arguments) => export::run(arguments, session),
             Verb::Merge(arguments) => merge::run(arguments, session),
             Verb::Plant(arguments) => plant::run(arguments, session),
@@ -72,6 +78,8 @@ impl Cli {
     pub fn name(&self) -> &'static str {
         match self.verb {
             Verb::Render(_) => "render",
+            #[cfg(feature = "viewer")]
+            Verb::View(_) => "view",
             Verb::Export(_) => "export",
             Verb::Merge(_) => "merge",
             Verb::Plant(_) => "plant",
@@ -99,6 +107,8 @@ impl Cli {
     fn output(&self) -> Option<&OutputOptions> {
         match &self.verb {
             Verb::Render(arguments) => Some(&arguments.output),
+            #[cfg(feature = "viewer")]
+            Verb::View(arguments) => Some(&arguments.output),
             Verb::Export(arguments) => Some(&arguments.output),
             Verb::Merge(arguments) => Some(&arguments.output),
             Verb::Plant(arguments) => Some(&arguments.output),
@@ -111,6 +121,13 @@ impl Cli {
             Verb::Schema(_) | Verb::Completions(_) | Verb::Man(_) => None,
         }
     }
+}
+
+/// The options of `terrane export`, of which the viewer makes a form.
+#[cfg(feature = "viewer")]
+pub fn export_command() -> clap::Command {
+    use clap::Args;
+    export::Arguments::augment_args(clap::Command::new("export"))
 }
 
 fn after_help() -> String {

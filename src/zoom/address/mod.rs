@@ -82,10 +82,15 @@ impl Place {
 
     /// The cell of the level before that a cell is a quarter of, if the cell is less than 2⁶² cells from here. `None` at level 0.
     pub fn parent(&self, cell: Cell) -> Option<Cell> {
-        let near = self.cell(cell.level.checked_sub(1)?);
-        let [east, south] = [(cell.x, near.x), (cell.z, near.z)]
-            .map(|(fine, near)| fine.wrapping_sub(near.wrapping_mul(2)) as i64 >> 1);
-        Some(near.beside(east, south))
+        let level = cell.level.checked_sub(1)?;
+        // Which of the two numbers that are half of one modulo 2⁶⁴ is told by what is near.
+        let half = |fine: u64, number: &Fixed| {
+            let near = number.slice(level);
+            near.wrapping_add_signed(fine.wrapping_sub(near.wrapping_mul(2)) as i64 >> 1)
+        };
+        let (x, z) = (half(cell.x, &self.x), half(cell.z, &self.z));
+        let [east, south] = cell.residues;
+        Some(Cell { level, x, z, residues: [east.halved(cell.x & 1), south.halved(cell.z & 1)] })
     }
 
     /// Digits behind the point in the longest of the three numbers.

@@ -25,6 +25,11 @@ impl Residue {
         Residue::folded((wide >> BITS) as u64 + (wide as u64 & PRIME))
     }
 
+    /// Of half the number, less 1 if it is `odd` (1, else 0). 2⁶⁰ is a half.
+    pub fn halved(self, odd: u64) -> Residue {
+        self.plus(-(odd as i64)).doubled(BITS - 1)
+    }
+
     /// 2⁶⁴ times as much, and a limb.
     pub fn then(self, limb: u64) -> Residue {
         // 2⁶⁴ is 8.

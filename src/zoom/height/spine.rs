@@ -32,6 +32,11 @@ pub struct Spine {
     checkpoints: Vec<Shaded>,
 }
 
+/// The level from whose successor on all patches are kept, when those up to a level are made anew.
+fn kept_from(level: u32) -> u32 {
+    level.saturating_sub(KEPT as u32 / 2)
+}
+
 /// Where the patch of a level begins, for a place.
 fn first(place: &Place, level: u32, reach: u64) -> [u64; 2] {
     [&place.x, &place.z].map(|number| number.slice(level).wrapping_sub(reach))
@@ -96,6 +101,10 @@ impl Spine {
             return Some(index);
         }
         let before = index.min(self.patches.len());
+        // From far away it is sooner there by checkpoints.
+        if index - before > KEPT {
+            return None;
+        }
         (0..before).rev().find(|before| serves(self.patches[*before].patch(), place))
     }
 
@@ -115,30 +124,57 @@ impl Spine {
         }
     }
 
+    /// Comes nearer to a level by as much as takes a few thousandths of a second, for callers that have to look at other things in between. Whether what is
+    /// left is no more than that.
+    pub fn approach(&mut self, place: &Place, level: u32) -> bool {
+        let kept = kept_from(level);
+        if self.last_useful(place, level).is_some() {
+            return true;
+        }
+        let start = self.checkpoint(place, kept);
+        let next = start.as_ref().map_or(0, |start| start.patch().level()) + STRIDE;
+        if next > kept {
+            return true;
+        }
+        self.narrow(place, start, next);
+        false
+    }
+
+    /// The last checkpoint of a level or before that serves.
+    fn checkpoint(&self, place: &Place, level: u32) -> Option<Shaded> {
+        let passed = ((level / STRIDE) as usize).min(self.checkpoints.len());
+        self.checkpoints[..passed].iter().rfind(|kept| serves(kept.patch(), place)).cloned()
+    }
+
+    /// From a checkpoint, or from level 0, to the least patch of a level that the next one can be made from.
+    fn narrow(&mut self, place: &Place, start: Option<Shaded>, level: u32) -> Shaded {
+        let mut patch = start.unwrap_or_else(|| {
+            let [x, z] = first(place, 0, CHECKPOINT_REACH).map(|first| first as i64);
+            Shaded::start(&self.surface, x, z, CHECKPOINT_SIZE)
+        });
+        for level in patch.patch().level() + 1..=level {
+            let [x, z] = first(place, level, CHECKPOINT_REACH);
+            patch = patch.refine(&self.surface, x, z, CHECKPOINT_SIZE).expect("checkpoints serve");
+            self.keep_checkpoint(place, &patch);
+        }
+        patch
+    }
+
     /// Comes from the last checkpoint that serves, or from level 0.
     fn restart(&mut self, place: &Place, level: u32) {
         self.patches.clear();
-        let kept = level.saturating_sub(KEPT as u32 / 2);
-        let passed = (kept / STRIDE).min(self.checkpoints.len() as u32) as usize;
-        let checkpoint = self.checkpoints[..passed].iter().rfind(|kept| serves(kept.patch(), place)).cloned();
-        let start = |reach, size| {
-            let [x, z] = first(place, 0, reach).map(|first| first as i64);
-            Shaded::start(&self.surface, x, z, size)
-        };
-        if kept == 0 {
-            self.patches.push_back(start(REACH, SIZE));
+        let kept = kept_from(level);
+        let patch = if kept == 0 {
+            let [x, z] = first(place, 0, REACH).map(|first| first as i64);
+            Shaded::start(&self.surface, x, z, SIZE)
         } else {
-            let mut patch = checkpoint.unwrap_or_else(|| start(CHECKPOINT_REACH, CHECKPOINT_SIZE));
-            while patch.patch().level() <= kept {
-                let level = patch.patch().level() + 1;
-                let wide = level > kept;
-                let (reach, size) = if wide { (REACH, SIZE) } else { (CHECKPOINT_REACH, CHECKPOINT_SIZE) };
-                let [x, z] = first(place, level, reach);
-                patch = patch.refine(&self.surface, x, z, size).expect("checkpoints serve");
-                self.keep_checkpoint(place, &patch);
-            }
-            self.patches.push_back(patch);
-        }
+            let narrow = self.narrow(place, self.checkpoint(place, kept), kept);
+            let [x, z] = first(place, kept + 1, REACH);
+            let patch = narrow.refine(&self.surface, x, z, SIZE).expect("checkpoints serve");
+            self.keep_checkpoint(place, &patch);
+            patch
+        };
+        self.patches.push_back(patch);
         for level in self.first_level() + 1..=level {
             self.extend(place, level);
         }

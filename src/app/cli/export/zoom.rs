@@ -56,6 +56,7 @@ pub fn export(arguments: &Arguments, world: &World, zoom: &Zoom, session: &mut S
     let settings = Settings { layers: Some(0), samples: 1, ..zoom.settings(&film, way.fov()) };
     memory::check_zoom(&settings, &film, &world.light.sky, &memory::Limits::of(&gpu))?;
     let mut renderer = Renderer::new(&gpu, way.surface(), settings, &world.light, &film)?;
+    way.come_to(renderer.spine(), 0, || interrupt::check(&session.report))?;
     way.check(renderer.spine(), &(0..1))?;
     let location = way.at(renderer.spine(), 0)?;
     let (altitude, tiles) = renderer.seen(&View::of(&location))?;

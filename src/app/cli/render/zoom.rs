@@ -70,6 +70,7 @@ impl Job<'_> {
         let settings = zoom.settings(film, way.fov());
         memory::check_zoom(&settings, film, &world.light.sky, &memory::Limits::of(&gpu))?;
         let mut renderer = view::Renderer::new(&gpu, way.surface(), settings, &world.light, film)?;
+        way.come_to(renderer.spine(), self.on_the_way(self.shots.start), || interrupt::check(&session.report))?;
         way.check(renderer.spine(), &self.shots)?;
         let (mut ahead, frames_ahead) = (Ahead::default(), way.frames_in(Ahead::LEVELS));
         for number in self.shots.clone() {
@@ -130,8 +131,9 @@ impl Job<'_> {
             let step = side * f64::from(zoom.eyes) * right;
             View { place: moved(&view.place, altitude, step, location.surface.roughness), ..view.clone() }
         });
-        let left = renderer.render(&left)?;
-        let right = renderer.render(&right)?;
+        // Through the haze of the middle, or one of them would see farther than the other.
+        let [left, right] = [left, right].map(|eye| renderer.render_in_haze(&eye, Some(altitude)));
+        let (left, right) = (left?, right?);
         let flown = flown(location, altitude, &[&left, &right]);
         Ok((left.picture.beside(&right.picture), flown))
     }

@@ -1,0 +1,705 @@
+//! Land on the stage: it is simulated, looked at, planted and traced.
+
+use super::trace::{Ended, Trace};
+use super::{Command, Frame, Means, News, Pose, Slice, Speaker, Status, Studio, Traced, WorldStatus};
+use crate::app::viewer::camera::Rig;
+use crate::app::{
+    Error, interrupt,
+    keep::{self, Keeper},
+    land, population,
+};
+use crate::core::camera::Pinhole;
+use crate::formats;
+use crate::gpu::{Gpu, Image, Recorder, format::{R32f, Rgba8}};
+use crate::plants::planting::Ground;
+use crate::raster::{self, Detail, Live, Quality, Scale, Shown};
+use crate::scene::{self, Film, Picture, Population, Scene, View};
+use crate::terrain::{self, Brush, Kind, Layer, Simulation, Snapshot, Stage};
+use crate::world::World;
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A cut through the land from west to east.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Where it was asked for, metres.
+    pub at: Vec3,
+    /// East and height, metres.
+    pub points: Vec<[f64; 2]>,
+    pub sea_level: f32,
+}
+
+/// Points of a [`Section`].
+const SECTION: usize = 300;
+
+/// Device memory that strokes of the brush may take, to be taken back.
+const STROKES: u64 = 256 << 20;
+
+/// What is laid over the picture in false colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlay {
+    pub map: Map,
+    pub opacity: f32,
+}
+
+/// What can be looked at in false colours.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Map {
+    Layer(Layer),
+    /// Degrees.
+    Slope,
+    Materials,
+}
+
+impl Map {
+    /// All that a world with these processes has.
+    pub fn all(plan: &terrain::Plan) -> Vec<Map> {
+        let layers = Layer::ALL.into_iter().filter(|layer| layer.exists_in(plan)).map(Map::Layer);
+        layers.chain([Map::Slope, Map::Materials]).collect()
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Map::Layer(layer) => layer.name(),
+            Map::Slope => "slope",
+            Map::Materials => "materials",
+        }
+    }
+
+    pub fn unit(self) -> &'static str {
+        match self {
+            Map::Layer(Layer::Flow) => "m³/s",
+            Map::Layer(Layer::Wetness) | Map::Materials => "",
+            Map::Layer(_) => "m",
+            Map::Slope => "°",
+        }
+    }
+
+    /// Depths and flows run through powers of ten.
+    fn scale(self) -> Scale {
+        match self {
+            Map::Layer(Layer::Water | Layer::Flow | Layer::Sediment) => Scale::Logarithmic,
+            _ => Scale::Linear,
+        }
+    }
+}
+
+/// What the colours of an overlay stand for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Legend {
+    pub map: Map,
+    pub bounds: [f32; 2],
+    pub scale: Scale,
+}
+
+/// Work between two looks at the inbox.
+const SLICE: Duration = Duration::from_millis(30);
+
+/// Between two pictures while land changes.
+const CHANGING: Duration = Duration::from_millis(60);
+
+/// What a picture of what moves should take: it has as many texels as that allows.
+const SWIFT: Duration = Duration::from_millis(70);
+
+/// Fewest texels of such a picture for one of the window's pixels, along a side.
+const COARSEST: f32 = 0.25;
+
+/// How well what is seen has been drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Drawn {
+    /// It shows what was.
+    Not,
+    /// As well as what moves can be.
+    Swift,
+    Once,
+    /// With all samples.
+    Well,
+}
+
+impl Drawn {
+    fn next(self) -> Drawn {
+        match self {
+            Drawn::Not => Drawn::Swift,
+            Drawn::Swift => Drawn::Once,
+            Drawn::Once | Drawn::Well => Drawn::Well,
+        }
+    }
+}
+
+/// A picture under way.
+struct Drawing {
+    target: Image<Rgba8>,
+    scale: f32,
+    comes_to: Drawn,
+    begun: Instant,
+}
+
+pub struct Land {
+    world: Arc<World>,
+    simulation: Simulation,
+    live: Live,
+    /// The land as it was when it was last looked at.
+    ground: Ground,
+    rig: Rig,
+    playing: bool,
+    /// Iterations between two pictures; 0 is as many as there is time for.
+    per_picture: u32,
+    /// The land before each stroke of the brush.
+    strokes: Vec<Snapshot>,
+    population: Option<Population>,
+    /// The land has changed since it was looked at.
+    changed: bool,
+    drawn: Drawn,
+    drawing: Option<Drawing>,
+    /// When a picture was last begun.
+    begun: Instant,
+    /// Seconds that a texel of a swift picture takes.
+    seconds_a_texel: f64,
+    overlay: Option<Overlay>,
+    shown: Option<(raster::Overlay, Legend)>,
+    tracing: bool,
+    trace: Trace,
+}
+
+impl Land {
+    /// The finished land, if it is known; the bare ground otherwise, which then changes.
+    pub fn new(studio: &mut Studio, world: &Arc<World>) -> Result<Land, Error> {
+        studio.session.cache = keep::cache(&mut studio.session)?;
+        let mut simulation = Keeper::new(&studio.gpu, world, &mut studio.session).begin(&mut studio.session)?;
+        if !simulation.progress().finished {
+            simulation = Simulation::new(&studio.gpu, &world.plan)?;
+        }
+        Land::with(studio, world, simulation)
+    }
+
+    fn with(studio: &mut Studio, world: &Arc<World>, mut simulation: Simulation) -> Result<Land, Error> {
+        // The base terrain at least: there is nothing to see before.
+        while !simulation.progress().finished && simulation.progress().stage == Stage::Base {
+            simulation.step(SLICE)?;
+        }
+        let ground = ground(studio, &simulation)?;
+        let scene = land::scene(world, simulation.land()?, NO_CAMERA, Population::default());
+        let renderer = studio.renderer()?;
+        let mut land = Land {
+            world: world.clone(),
+            live: Live::new(&studio.gpu, renderer, scene)?,
+            ground,
+            simulation,
+            rig: Rig::default(),
+            playing: true,
+            per_picture: 0,
+            strokes: Vec::new(),
+            population: None,
+            changed: false,
+            drawn: Drawn::Not,
+            drawing: None,
+            begun: Instant::now(),
+            seconds_a_texel: 3e-7,
+            overlay: None,
+            shown: None,
+            tracing: false,
+            trace: Trace::default(),
+        };
+        land.rig = land.starting_rig(studio)?;
+        Ok(land)
+    }
+
+    /// The eye as the world's camera has it.
+    fn starting_rig(&self, studio: &Studio) -> Result<Rig, Error> {
+        let camera = land::camera(&studio.gpu, &self.world, &self.simulation)?;
+        let film = self.film(studio.size);
+        Ok(Rig::of(&population::seen_from(&studio.gpu, &self.simulation, &camera, &film)?))
+    }
+
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// What is seen in a picture of this size.
+    pub fn camera(&self, film: &Film) -> Pinhole {
+        self.rig.pinhole(self.world.fov, film.width as f32 / film.height as f32)
+    }
+
+    pub fn film(&self, [width, height]: [u32; 2]) -> Film {
+        // A window that has no size yet is thought of as usual.
+        let [width, height] = if width * height == 0 { [16, 9] } else { [width, height] };
+        Film { width, height, ..self.world.film }
+    }
+
+    /// The same world with changes.
+    pub fn edit(&mut self, studio: &mut Studio, world: &Arc<World>) -> Result<(), Error> {
+        let before = std::mem::replace(&mut self.world, world.clone());
+        if before.plan != world.plan {
+            if !self.simulation.retune(&world.plan)? {
+                // What is over can't be changed any more.
+                let again = Land::new(studio, world)?;
+                return self.begin_again(studio, again);
+            }
+            // Plants stand where the land was.
+            self.population = None;
+            self.changed = true;
+        }
+        if before.light != world.light {
+            self.live.set_light(world.light.clone())?;
+        }
+        if before.sea != world.sea {
+            self.live.set_sea(world.sea);
+        }
+        if before.surface != world.surface {
+            self.live.set_surface(world.surface.clone());
+        }
+        if ["plants", "species", "models"].into_iter().any(|key| differ(&before, world, key)) {
+            self.population = None;
+            self.live.set_population(Population::default());
+        }
+        if before.viewpoint != world.viewpoint || before.fov != world.fov {
+            self.rig = self.starting_rig(studio)?;
+        }
+        self.drawing = None;
+        self.trace.forget();
+        self.look_again();
+        Ok(())
+    }
+
+    /// What is seen has changed.
+    pub fn look_again(&mut self) {
+        self.trace.traced = None;
+        self.drawn = Drawn::Not;
+        self.tracing = false;
+    }
+
+    pub fn obey(&mut self, studio: &mut Studio, speaker: &Speaker, command: Command) -> Result<(), Error> {
+        match command {
+            Command::Turn(by) => self.move_rig(|rig, _| rig.turn(by)),
+            Command::Orbit(by) => {
+                let point = self.looked_at();
+                self.move_rig(|rig, ground| rig.orbit(point, by, ground));
+            }
+            Command::Approach(share) => {
+                let point = self.looked_at();
+                self.move_rig(|rig, ground| rig.approach(point, share, ground));
+            }
+            Command::FrameAll => {
+                self.rig = self.framing(studio);
+                self.look_again();
+            }
+            Command::GoTo(Pose::Land(rig)) => {
+                self.rig = rig;
+                self.look_again();
+            }
+            Command::Play(playing) => self.playing = playing,
+            Command::Step => {
+                self.playing = false;
+                self.simulate(studio, 1)?;
+            }
+            Command::Restart => {
+                interrupt::cancel(false);
+                let simulation = Simulation::new(&studio.gpu, &self.world.plan)?;
+                let again = Land::with(studio, &self.world.clone(), simulation)?;
+                self.begin_again(studio, again)?;
+            }
+            Command::Stroke => self.begin_stroke()?,
+            Command::Paint { kind, at, radius, strength } => {
+                if let Some(point) = self.under(studio, at) {
+                    let brush = Brush { kind, at: [point.x, point.z], radius, strength };
+                    self.simulation.brush(brush)?;
+                    self.population = None;
+                    self.changed = true;
+                    self.look_again();
+                }
+            }
+            Command::TakeStrokeBack => {
+                if let Some(before) = self.strokes.pop() {
+                    self.simulation.restore(&before)?;
+                    self.changed = true;
+                    self.look_again();
+                }
+            }
+            Command::Section(at) => {
+                let section = self.under(studio, at).map(|at| self.section(at));
+                speaker.say(News::Section(section));
+            }
+            Command::PerPicture(iterations) => self.per_picture = iterations,
+            Command::Enable(process, on) => self.simulation.enable(process, on),
+            Command::Overlay(overlay) => {
+                (self.overlay, self.shown) = (overlay, None);
+                self.drawing = None;
+                self.look_again();
+            }
+            Command::Trace(true) => self.tracing = true,
+            // What was traced is kept, and goes on if the eye has not moved.
+            Command::Trace(false) => self.drawn = Drawn::Not,
+            Command::Picture(path) => {
+                let film = self.film(studio.size);
+                let picture = self.picture(studio, &film)?;
+                formats::png::write_picture(&path, [film.width, film.height], &picture.developed(film.tone_map))?;
+                speaker.say(News::Said(format!("wrote {}", path.display())));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Other land in its place, looked at and made as this one was.
+    fn begin_again(&mut self, studio: &Studio, again: Land) -> Result<(), Error> {
+        let off: Vec<Kind> = self.off().collect();
+        let (rig, playing, overlay, per_picture) = (self.rig, self.playing, self.overlay, self.per_picture);
+        let same_eye = self.world.viewpoint == again.world.viewpoint;
+        *self = again;
+        (self.playing, self.overlay, self.per_picture) = (playing, overlay, per_picture);
+        self.rig = if same_eye { rig } else { self.starting_rig(studio)? };
+        off.into_iter().for_each(|process| self.simulation.enable(process, false));
+        Ok(())
+    }
+
+    fn off(&self) -> impl Iterator<Item = Kind> + '_ {
+        Kind::ALL.into_iter().filter(|process| !self.simulation.is_enabled(*process))
+    }
+
+    /// Remembers the land as it is before the brush touches it.
+    fn begin_stroke(&mut self) -> Result<(), Error> {
+        self.strokes.extend(self.simulation.snapshot()?);
+        while self.strokes.iter().map(Snapshot::bytes).sum::<u64>() > STROKES && self.strokes.len() > 1 {
+            self.strokes.remove(0);
+        }
+        Ok(())
+    }
+
+    /// The point of the ground that is seen at a place of the picture, which goes from 0 to 1 to the right and down.
+    fn under(&self, studio: &Studio, [right, down]: [f32; 2]) -> Option<Vec3> {
+        let camera = self.camera(&self.film(studio.size));
+        let across = camera.right * ((2.0 * right - 1.0) * camera.tangent[0]);
+        let up = camera.up * ((1.0 - 2.0 * down) * camera.tangent[1]);
+        self.met((camera.forward + across + up).normalize())
+    }
+
+    fn section(&self, at: Vec3) -> Section {
+        let half = self.simulation.plan().grid.extent / 2.0;
+        let point = |index: usize| {
+            let east = half * (2.0 * index as f32 / (SECTION - 1) as f32 - 1.0);
+            [f64::from(east), f64::from(self.ground.height_at(Vec2::new(east, at.z)))]
+        };
+        Section { at, points: (0..SECTION).map(point).collect(), sea_level: self.simulation.sea_level_now() }
+    }
+
+    fn move_rig(&mut self, by: impl FnOnce(&mut Rig, &dyn Fn(Vec2) -> f32)) {
+        let ground = &self.ground;
+        let sea = self.simulation.sea_level();
+        by(&mut self.rig, &|at| floor(ground, sea, at));
+        self.look_again();
+    }
+
+    /// The point of the ground in the middle of the picture, or one as far as the ground is below.
+    fn looked_at(&self) -> Vec3 {
+        let forward = self.rig.forward();
+        self.met(forward).unwrap_or(self.rig.eye + forward * self.simulation.plan().grid.extent / 2.0)
+    }
+
+    /// Where a look from the eye meets ground or sea.
+    fn met(&self, forward: Vec3) -> Option<Vec3> {
+        let eye = self.rig.eye;
+        let sea = self.simulation.sea_level();
+        let extent = self.simulation.plan().grid.extent;
+        let step = extent / 1000.0;
+        let mut range = step;
+        while range < 4.0 * extent {
+            let at = eye + forward * range;
+            if at.y <= floor(&self.ground, sea, Vec2::new(at.x, at.z)) {
+                return Some(at);
+            }
+            range += step;
+        }
+        None
+    }
+
+    /// All of the land in the picture, from where the eye looks.
+    fn framing(&self, studio: &Studio) -> Rig {
+        let film = self.film(studio.size);
+        let aspect = film.width as f32 / film.height as f32;
+        let rig = Rig { elevation: self.rig.elevation.min(-0.2), roll: 0.0, ..self.rig };
+        let camera = Pinhole::frame(&self.ground.land(), rig.forward(), 1.05, self.world.fov, aspect);
+        Rig { eye: camera.eye, ..rig }
+    }
+
+    pub fn slice(
+        &mut self,
+        (studio, speaker, inbox, load): Means<'_>,
+    ) -> Result<Slice, Error> {
+        if self.tracing {
+            return self.trace((studio, speaker, inbox, load));
+        }
+        let seconds = studio.held();
+        let steered = !studio.steering.is_still();
+        if steered {
+            let steering = studio.steering;
+            self.move_rig(|rig, ground| rig.steer(&steering, seconds, ground));
+        }
+        let runs = self.playing && !self.simulation.progress().finished;
+        // Pictures are for those who watch: one is finished before the land goes on, if that has its own pace.
+        let waits = self.per_picture > 0 && (self.drawing.is_some() || self.changed);
+        if runs && !waits {
+            self.simulate(studio, self.per_picture)?;
+        }
+        if self.simulation.progress().finished && self.population.is_none() {
+            self.plant(studio, speaker)?;
+        }
+        let worked = self.look(studio, speaker, runs || steered)?;
+        Ok(if worked || runs || steered { Slice::Worked } else { Slice::Idle })
+    }
+
+    /// Runs the simulation for a slice, at most so many iterations (0 is any number).
+    fn simulate(&mut self, studio: &mut Studio, most: u32) -> Result<(), Error> {
+        let begun = Instant::now();
+        let before = self.simulation.progress();
+        let after = match most {
+            0 => self.simulation.step(SLICE)?,
+            most => self.simulation.step_iterations(most, 4 * SLICE)?,
+        };
+        studio.took(before.stage.name(), begun);
+        self.trace.forget();
+        self.changed = true;
+        if after.finished && !self.simulation.touched() {
+            let session = &mut studio.session;
+            Keeper::new(&studio.gpu, &self.world, session).keep(&self.simulation, session);
+        }
+        Ok(())
+    }
+
+    /// Does a slice of what there is to do until what is seen is drawn well; whether there was anything.
+    fn look(&mut self, studio: &mut Studio, speaker: &Speaker, moves: bool) -> Result<bool, Error> {
+        let stale = self.changed || self.drawn == Drawn::Not;
+        // What moves is not drawn well; but what is drawn for it is, to the end, or nothing would ever be seen.
+        if stale && self.drawing.as_ref().is_some_and(|drawing| drawing.comes_to > Drawn::Swift) {
+            self.drawing = None;
+        }
+        if let Some(drawing) = &self.drawing {
+            if self.live.step(SLICE)? {
+                return Ok(true);
+            }
+            let Drawing { target, scale, comes_to, begun } = drawing;
+            if *comes_to == Drawn::Swift {
+                let texels = f64::from(target.size()[0]) * f64::from(target.size()[1]);
+                self.seconds_a_texel = begun.elapsed().as_secs_f64() / texels;
+            }
+            studio.took(if *comes_to == Drawn::Swift { "swift picture" } else { "picture" }, *begun);
+            speaker.say(News::Frame(Frame { image: target.clone(), scale: *scale }));
+            // What moved meanwhile is not drawn yet.
+            if self.drawn != Drawn::Not || *comes_to == Drawn::Swift {
+                self.drawn = *comes_to;
+            }
+            self.drawing = None;
+            let passes = self.live.timings().iter();
+            studio.passes = passes.map(|pass| (pass.name, 1e3 * pass.duration.as_secs_f32())).collect();
+            return Ok(true);
+        }
+        if stale && (!moves || self.begun.elapsed() >= CHANGING || !self.changed) {
+            if std::mem::take(&mut self.changed) {
+                self.ground = ground(studio, &self.simulation)?;
+                let mut ground = self.live.scene().ground.clone();
+                self.simulation.update(&mut ground)?;
+                self.live.set_ground(ground)?;
+                self.shown = None;
+            }
+            self.begin(studio, Drawn::Swift)?;
+            return Ok(true);
+        }
+        if !self.live.is_lit() {
+            let begun = Instant::now();
+            if !self.live.relight(SLICE)? {
+                // All that was drawn stands in the old light.
+                self.drawn = Drawn::Not;
+            }
+            studio.took("light", begun);
+            return Ok(true);
+        }
+        if !moves && self.drawn != Drawn::Well {
+            self.begin(studio, self.drawn.next())?;
+            return Ok(true);
+        }
+        Ok(false)
+    }
+
+    fn begin(&mut self, studio: &mut Studio, comes_to: Drawn) -> Result<(), Error> {
+        let pixels = studio.size.map(f64::from);
+        let scale = match comes_to {
+            Drawn::Not | Drawn::Swift => {
+                let affordable = SWIFT.as_secs_f64() / self.seconds_a_texel;
+                ((affordable / (pixels[0] * pixels[1])).sqrt() as f32).clamp(COARSEST, 1.0)
+            }
+            Drawn::Once | Drawn::Well => 1.0,
+        };
+        let size = studio.size.map(|side| ((side as f32 * scale) as u32).max(1));
+        let film = self.film(size);
+        let overlay = self.overlay(&studio.gpu)?;
+        let view = raster::View {
+            camera: self.camera(&film),
+            film,
+            samples: if comes_to == Drawn::Well { 2 } else { 1 },
+            detail: if comes_to > Drawn::Swift { Detail::Full } else { Detail::Swift },
+            overlay,
+        };
+        let target = studio.image(size)?;
+        let begun = Instant::now();
+        self.live.begin(&view, &target)?;
+        // What happens while it is drawn makes it stale again.
+        if comes_to == Drawn::Swift {
+            self.drawn = Drawn::Swift;
+        }
+        self.begun = begun;
+        self.drawing = Some(Drawing { target, scale, comes_to, begun });
+        Ok(())
+    }
+
+    /// The layer over the picture, of the land as it is.
+    fn overlay(&mut self, gpu: &Gpu) -> Result<Option<raster::Overlay>, Error> {
+        let Some(Overlay { map, opacity }) = self.overlay else { return Ok(None) };
+        if self.shown.is_none() {
+            let scale = map.scale();
+            let (shown, bounds) = match map {
+                Map::Materials => {
+                    let maps = self.live.maps()?;
+                    (Shown::Materials(maps.splat), [0.0, 1.0])
+                }
+                Map::Slope | Map::Layer(_) => {
+                    let image = match map {
+                        Map::Layer(layer) => self.simulation.layer(layer)?,
+                        Map::Slope | Map::Materials => self.live.maps()?.slope,
+                    };
+                    let bounds = bounds(gpu, &image, scale)?;
+                    (Shown::Values { image, bounds, scale }, bounds)
+                }
+            };
+            self.shown = Some((raster::Overlay { shown, opacity }, Legend { map, bounds, scale }));
+        }
+        Ok(self.shown.as_ref().map(|(overlay, _)| raster::Overlay { opacity, ..overlay.clone() }))
+    }
+
+    fn trace(&mut self, means: Means<'_>) -> Result<Slice, Error> {
+        self.tracing = false;
+        let scene = Scene { camera: NO_CAMERA, ..self.live.scene().clone() };
+        let mut trace = std::mem::take(&mut self.trace);
+        let ended = trace.run(means, self, &scene, self.world.samples);
+        self.trace = trace;
+        Ok(match ended? {
+            Ended::Done => Slice::Idle,
+            Ended::By(command) => Slice::Interrupted(Box::new(command)),
+            Ended::Gone => Slice::Gone,
+        })
+    }
+
+    /// Plants what grows on the finished land.
+    fn plant(&mut self, studio: &mut Studio, speaker: &Speaker) -> Result<(), Error> {
+        // Whatever comes of it, it isn't tried again.
+        self.population = Some(Population::default());
+        if self.world.plants.rules.is_empty() && self.world.plants.standing.is_empty() {
+            return Ok(());
+        }
+        let work = Some(("growing and planting".into(), 0, 0));
+        let status = Status { world: self.status(), work, ..super::status(studio, (0, 0)) };
+        speaker.say(News::Status(Box::new(status)));
+        let camera = land::camera(&studio.gpu, &self.world, &self.simulation)?;
+        let film = self.film(studio.size);
+        let begun = Instant::now();
+        let (gpu, session) = (studio.gpu.clone(), &mut studio.session);
+        let population = population::populate(&gpu, &self.world, &self.simulation, &camera, &film, session)?;
+        studio.took("planting", begun);
+        self.live.set_population(population.clone());
+        self.population = Some(population);
+        self.drawing = None;
+        self.trace.forget();
+        self.look_again();
+        Ok(())
+    }
+
+    /// As `terrane render` would make it from here.
+    fn picture(&self, studio: &mut Studio, film: &Film) -> Result<Picture, Error> {
+        let eye = self.rig.eye;
+        let view = View::LookAt { position: eye, target: eye + self.rig.forward() * 100.0 };
+        let scene = Scene { camera: scene::Camera { view, fov: self.world.fov }, ..self.live.scene().clone() };
+        Ok(studio.renderer()?.render(&scene, film, Quality::default())?)
+    }
+
+    pub fn status(&self) -> WorldStatus {
+        self.status_with(false, self.trace.traced)
+    }
+
+    pub fn status_with(&self, tracing: bool, traced: Option<Traced>) -> WorldStatus {
+        WorldStatus::Land {
+            rig: self.rig,
+            progress: self.simulation.progress(),
+            playing: self.playing,
+            off: self.off().collect(),
+            strokes: self.strokes.len(),
+            per_picture: self.per_picture,
+            tracing,
+            legend: self.shown.as_ref().map(|(_, legend)| *legend),
+            traced,
+        }
+    }
+
+    /// Plants, and their triangles.
+    pub fn counts(&self) -> (usize, u64) {
+        let Some(population) = &self.population else { return (0, 0) };
+        let triangles =
+            |model: &Arc<scene::Model>| model.levels.first().map_or(0, |level| level.triangles() as u64);
+        let each: Vec<u64> = population.models.iter().map(triangles).collect();
+        let all = population.instances.iter().map(|instance| each[instance.model as usize]).sum();
+        (population.instances.len(), all)
+    }
+}
+
+/// Of scenes that are looked at through a [`Rig`].
+const NO_CAMERA: scene::Camera =
+    scene::Camera { view: View::FrameIsland { azimuth: 0.0, elevation: 0.5, distance: 1.0 }, fov: 1.0 };
+
+/// Whether two worlds say different things in a section.
+fn differ(one: &World, other: &World, section: &str) -> bool {
+    let text = |world: &World| world.document.get(section).map(ToString::to_string);
+    text(one) != text(other)
+}
+
+/// Brings a picture to the device, developed.
+pub fn show(studio: &mut Studio, picture: &Picture, film: &Film) -> Result<Image<Rgba8>, Error> {
+    let image = studio.image([picture.width, picture.height])?;
+    let developed = picture.developed(film.tone_map);
+    let texels: Vec<[u8; 4]> = developed.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2], 255]).collect();
+    let mut rec = Recorder::new(&studio.gpu);
+    rec.upload(&image, &texels);
+    rec.submit()?.wait()?;
+    Ok(image)
+}
+
+/// What the colours of a layer stand for: nearly all of its values.
+fn bounds(gpu: &Gpu, image: &Image<R32f>, scale: Scale) -> Result<[f32; 2], Error> {
+    let mut rec = Recorder::new(gpu);
+    let values = rec.download(image);
+    let mut values = values.take(&rec.submit()?.wait()?);
+    if scale == Scale::Logarithmic {
+        values.retain(|value| *value > 1e-6);
+    }
+    values.retain(|value| value.is_finite());
+    if values.is_empty() {
+        return Ok(if scale == Scale::Logarithmic { [1e-3, 1.0] } else { [0.0, 1.0] });
+    }
+    let mut at = |share: f64| {
+        let index = (share * (values.len() - 1) as f64) as usize;
+        *values.select_nth_unstable_by(index, f32::total_cmp).1
+    };
+    let [low, high] = [at(0.005), at(0.995)];
+    Ok([low, if high > low { high } else { low + low.abs().max(1e-3) }])
+}
+
+/// The land as it is now, on the host.
+fn ground(studio: &Studio, simulation: &Simulation) -> Result<Ground, Error> {
+    let mut rec = Recorder::new(&studio.gpu);
+    let heights = rec.download(&simulation.layer(Layer::Height)?);
+    let heights = heights.take(&rec.submit()?.wait()?);
+    Ok(Ground::new(simulation.plan().grid, simulation.sea_level(), heights))
+}
+
+/// What can't be flown through: ground, and the sea.
+fn floor(ground: &Ground, sea: f32, at: Vec2) -> f32 {
+    let half = ground.grid.extent / 2.0;
+    if at.abs().max_element() > half { sea } else { ground.height_at([at.x, at.y].into()).max(sea) }
+}

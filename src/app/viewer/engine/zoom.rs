@@ -1,0 +1,329 @@
+//! A zoom on the stage: flown by hand, by the autopilot, or back out.
+
+use super::{Command, Frame, News, Pose, Slice, Speaker, Studio, WorldStatus, land::show};
+use crate::app::Error;
+use crate::formats;
+use crate::scene::Film;
+use crate::world::World;
+use crate::zoom::{
+    address::{Attitude, Location},
+    height::Surface,
+    motion::{Approach, Autopilot, Depth, Distance, Flight},
+    view::{self, View},
+};
+use glam::{DVec3, Vec2};
+use std::f32::consts::TAU;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// How the flight goes on by itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Course {
+    /// Where it is steered.
+    #[default]
+    Hand,
+    /// Down, to spots of gentle slope, for ever.
+    In,
+    /// Up again, the same way.
+    Out,
+}
+
+/// What the last picture took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Drawn {
+    /// Tiles looked at, drawn, made.
+    pub leaves: usize,
+    pub drawn: usize,
+    pub made: usize,
+}
+
+/// Levels that the autopilot passes a second.
+const LEVELS_A_SECOND: f64 = 0.5;
+
+/// Texels for one of the window's pixels, along a side, and samples along a side of a texel.
+const DETAILS: [(f32, u32); 3] = [(0.5, 1), (1.0, 1), (1.0, 2)];
+
+pub struct Zoom {
+    world: Arc<World>,
+    surface: Surface,
+    renderer: view::Renderer,
+    flight: Flight,
+    attitude: Attitude,
+    /// What turns have not come to a step of the attitude yet, steps.
+    rest: Vec2,
+    course: Course,
+    autopilot: Option<Autopilot>,
+    /// Where the autopilot is.
+    depth: f64,
+    /// The way out from where it was flown to by hand.
+    way_out: Option<(Approach, Depth)>,
+    paused: bool,
+    detail: usize,
+    /// Of the ground below, radians.
+    slope: f64,
+    drawn: Drawn,
+}
+
+impl Zoom {
+    pub fn new(studio: &mut Studio, world: &Arc<World>) -> Result<Zoom, Error> {
+        let zoom = zoom_of(world)?;
+        let film = film(world, studio.size, DETAILS[0].0);
+        let surface = zoom.surface(world.seed);
+        let mut settings = zoom.settings(&film, world.fov);
+        settings.samples = DETAILS[0].1;
+        let mut renderer = view::Renderer::new(&studio.gpu, surface, settings, &world.light, &film)?;
+        let mut autopilot = Autopilot::new(surface);
+        let depth = Depth((zoom.depth * 65_536.0) as u64);
+        let pose = autopilot.at(renderer.spine(), depth);
+        let flight = Flight::new(renderer.spine(), pose.place, depth.whole()).map_err(view::Error::from)?;
+        Ok(Zoom {
+            world: world.clone(),
+            surface,
+            renderer,
+            flight,
+            attitude: pose.attitude,
+            rest: Vec2::ZERO,
+            course: Course::In,
+            autopilot: Some(autopilot),
+            depth: zoom.depth,
+            way_out: None,
+            paused: false,
+            detail: 0,
+            slope: 0.0,
+            drawn: Drawn::default(),
+        })
+    }
+
+    /// The same world with changes.
+    pub fn edit(&mut self, studio: &mut Studio, world: &Arc<World>) -> Result<(), Error> {
+        let (old, new) = (zoom_of(&self.world)?, zoom_of(world)?);
+        let same_place = old.surface(self.world.seed) == new.surface(world.seed) && old.depth == new.depth;
+        let mut next = Zoom::new(studio, world)?;
+        if same_place {
+            let (flight, attitude) = (self.flight.clone(), self.attitude);
+            (next.flight, next.attitude, next.course, next.depth) = (flight, attitude, self.course, self.depth);
+        }
+        next.paused = self.paused;
+        *self = next;
+        Ok(())
+    }
+
+    pub fn resize(&mut self, studio: &mut Studio) -> Result<(), Error> {
+        if !studio.size.contains(&0) {
+            self.detail = 0;
+        }
+        Ok(())
+    }
+
+    pub fn obey(&mut self, studio: &mut Studio, speaker: &Speaker, command: Command) -> Result<(), Error> {
+        match command {
+            Command::Turn(by) => {
+                self.take_over();
+                self.turn(by);
+            }
+            Command::Orbit(by) => {
+                self.take_over();
+                self.turn(-by);
+            }
+            Command::Approach(share) => {
+                self.take_over();
+                let [_, _, forward] = self.attitude.axes();
+                self.flight.fly(self.renderer.spine(), forward * f64::from(share.signum()), share.abs().into());
+                self.detail = 0;
+            }
+            Command::Play(playing) => self.paused = !playing,
+            Command::Course(course) => self.steer_by(course),
+            Command::Restart => *self = Zoom::new(studio, &self.world.clone())?,
+            Command::GoTo(Pose::Zoom(code)) => self.go_to(studio, &code)?,
+            Command::FrameAll => {
+                self.take_over();
+                self.attitude.roll = 0;
+                self.detail = 0;
+            }
+            Command::Picture(path) => {
+                let film = film(&self.world, studio.size, 1.0);
+                self.renderer.reshape(&film, 2)?;
+                let shot = self.renderer.render(&self.view())?;
+                let developed = shot.picture.developed(film.tone_map);
+                formats::png::write_picture(&path, [film.width, film.height], &developed)?;
+                speaker.say(News::Said(format!("wrote {}", path.display())));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The hand is at the wheel from now on.
+    fn take_over(&mut self) {
+        self.course = Course::Hand;
+        self.way_out = None;
+    }
+
+    fn steer_by(&mut self, course: Course) {
+        self.paused = false;
+        if course == Course::Out && self.autopilot.is_none() {
+            self.way_out = Some(self.flight.way_out(self.renderer.spine()));
+        }
+        if course == Course::In && self.autopilot.is_none() {
+            // A new descent from where the autopilot would be at this depth.
+            self.autopilot = Some(Autopilot::new(*self.renderer.spine().surface()));
+            self.depth = self.flight.clearance().depth().max(0.0);
+        }
+        self.course = course;
+    }
+
+    fn go_to(&mut self, studio: &mut Studio, code: &str) -> Result<(), Error> {
+        let location = Location::parse(code.trim()).map_err(|error| Error::Usage(error.to_string()))?;
+        if location.surface != *self.renderer.spine().surface() {
+            return Err(Error::Usage("the location code is one of another surface".into()));
+        }
+        let _ = studio;
+        let flight = Flight::new(self.renderer.spine(), location.place, location.level);
+        self.flight = flight.map_err(view::Error::from)?;
+        (self.attitude, self.detail) = (location.attitude, 0);
+        self.take_over();
+        self.autopilot = None;
+        Ok(())
+    }
+
+    /// Radians, to the right and up.
+    fn turn(&mut self, by: Vec2) {
+        self.rest += by / TAU * 65_536.0;
+        let steps = self.rest.trunc();
+        self.rest -= steps;
+        self.attitude.yaw = self.attitude.yaw.wrapping_add_signed(steps.x as i16);
+        let pitch = i32::from(self.attitude.pitch.cast_signed()) + steps.y as i32;
+        self.attitude.pitch = (pitch.clamp(-16_300, 16_300) as i16).cast_unsigned();
+        self.detail = 0;
+    }
+
+    pub fn slice(&mut self, studio: &mut Studio, speaker: &Speaker) -> Result<Slice, Error> {
+        let seconds = studio.held();
+        let moves = self.fly(studio, seconds)?;
+        if !moves && self.detail >= DETAILS.len() {
+            return Ok(Slice::Idle);
+        }
+        if moves {
+            self.detail = 0;
+        }
+        let (scale, samples) = DETAILS[self.detail];
+        let begun = Instant::now();
+        let film = film(&self.world, studio.size, scale);
+        self.renderer.reshape(&film, samples)?;
+        let shot = self.renderer.render(&self.view())?;
+        let image = show(studio, &shot.picture, &film)?;
+        self.slope = self.flight.slope(self.renderer.spine());
+        self.drawn = Drawn { leaves: shot.leaves, drawn: shot.drawn, made: shot.made };
+        speaker.say(News::Frame(Frame { image, scale }));
+        studio.took("picture", begun);
+        if moves {
+            let begun = Instant::now();
+            self.look_ahead()?;
+            studio.took("background", begun);
+        } else {
+            self.detail += 1;
+        }
+        Ok(Slice::Worked)
+    }
+
+    /// Goes on for some seconds; whether anything moves.
+    fn fly(&mut self, studio: &mut Studio, seconds: f32) -> Result<bool, Error> {
+        let steering = studio.steering;
+        if !steering.is_still() {
+            self.take_over();
+            self.autopilot = None;
+            self.turn(Vec2::new(steering.turn.x, steering.turn.y) * seconds);
+            let roll = (steering.turn.z * seconds / TAU * 65_536.0) as i16;
+            self.attitude.roll = self.attitude.roll.wrapping_add_signed(roll);
+            let [right, _, forward] = self.attitude.axes();
+            let go = steering.go.as_dvec3();
+            let direction = right * go.x + DVec3::Y * go.y + forward * go.z;
+            let way = f64::from(seconds * steering.speed);
+            self.flight.fly(self.renderer.spine(), direction, way);
+            return Ok(true);
+        }
+        if self.paused || self.course == Course::Hand {
+            return Ok(false);
+        }
+        let levels = LEVELS_A_SECOND * f64::from(seconds);
+        let roughness = self.renderer.spine().surface().roughness;
+        let (place, level) = match (self.course, &mut self.autopilot, &mut self.way_out) {
+            (Course::Out, None, Some((approach, depth))) => {
+                *depth = Depth(depth.0.saturating_sub((levels * 65_536.0) as u64));
+                if *depth == Depth(0) {
+                    self.course = Course::Hand;
+                }
+                (approach.at(*depth, roughness), depth.whole())
+            }
+            (course, Some(autopilot), _) => {
+                self.depth = if course == Course::In { self.depth + levels } else { (self.depth - levels).max(0.0) };
+                if self.depth == 0.0 {
+                    self.course = Course::Hand;
+                }
+                let depth = Depth((self.depth * 65_536.0) as u64);
+                let pose = autopilot.at(self.renderer.spine(), depth);
+                self.attitude = pose.attitude;
+                (pose.place, depth.whole())
+            }
+            _ => return Ok(false),
+        };
+        self.flight = Flight::new(self.renderer.spine(), place, level).map_err(view::Error::from)?;
+        Ok(true)
+    }
+
+    /// Prepares what is behind the views of the next seconds of a course, and does a share of the work.
+    fn look_ahead(&mut self) -> Result<(), Error> {
+        let frames = 64;
+        if let (Course::In | Course::Out, Some(autopilot)) = (self.course, &mut self.autopilot) {
+            let ahead = if self.course == Course::In { 1.0 } else { -1.0 };
+            let depth = Depth(((self.depth + ahead).max(0.0) * 65_536.0) as u64);
+            let pose = autopilot.at(self.renderer.spine(), depth);
+            let view = View { place: pose.place, attitude: pose.attitude, fov: self.world.fov, level: depth.whole() };
+            match self.renderer.prepare(&view, frames) {
+                Ok(_) | Err(view::Error::Buried(_)) => {}
+                Err(error) => return Err(error.into()),
+            }
+        }
+        Ok(self.renderer.work()?)
+    }
+
+    fn location(&self) -> Location {
+        let Distance { level, .. } = self.flight.clearance();
+        Location {
+            surface: self.surface,
+            level,
+            place: self.flight.place().clone(),
+            attitude: self.attitude,
+            fov: Location::nearest_fov(self.world.fov),
+        }
+    }
+
+    fn view(&self) -> View {
+        View::of(&self.location())
+    }
+
+    pub fn status(&self) -> WorldStatus {
+        let clearance = self.flight.clearance();
+        WorldStatus::Zoom {
+            depth: clearance.depth(),
+            level: clearance.level,
+            cells: clearance.cells,
+            slope: self.slope,
+            code: self.location().code(),
+            course: if self.paused { Course::Hand } else { self.course },
+            drawn: self.drawn,
+        }
+    }
+}
+
+fn zoom_of(world: &World) -> Result<&crate::world::Zoom, Error> {
+    world.zoom.as_ref().ok_or_else(|| Error::Missing("the world has no `zoom`".into()))
+}
+
+fn film(world: &World, [width, height]: [u32; 2], scale: f32) -> Film {
+    let side = |side: u32, usual: u32| {
+        let side = if side == 0 { usual } else { side };
+        ((side as f32 * scale) as u32).max(1)
+    };
+    Film { width: side(width, 640), height: side(height, 360), ..world.film }
+}
