@@ -181,9 +181,9 @@ fn what_changes_is_seen() {
         assert!(share <= 0.001, "{what}: {share} of the pixels differ");
     };
     check(&mut live, &new, "ground");
-    // Light, of another kind, too.
     let mut scene = new;
-    scene.light.sky = terrane::scene::Sky::Constant { radiance: [3000.0, 4000.0, 6000.0] };
+    scene.light.sun = None;
+    scene.light.clouds = 0.9;
     live.set_light(scene.light.clone()).expect("light");
     lit(&mut live);
     check(&mut live, &scene, "light");

@@ -4,7 +4,7 @@ mod kit;
 
 use glam::{DVec3, Vec3};
 use kit::scenery::{SAND, island, sandbox, straight_down};
-use kit::stage::{self, upload};
+use kit::stage::upload;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use terrane::core::camera::Pinhole;
@@ -14,9 +14,9 @@ use terrane::core::memory;
 use terrane::gpu::{DeviceKind, Gpu, Image, Options, Recorder, format::R32f};
 use terrane::raster::{self, Quality, Renderer};
 use terrane::scene::{
-    Air, AirLayer, Camera, Film, Light, Picture, Scene, Sky, SkyMap, Sun, Surface, ToneMap, View, dome,
+    Air, AirLayer, Camera, Film, Light, Picture, Scene, Sky, SkyMap, Sun, ToneMap, View, dome,
 };
-use terrane::sky::{air, hosek_wilkie, preetham, sun};
+use terrane::sky::{hosek_wilkie, preetham, sun};
 
 const ONE_SAMPLE: Quality = Quality { samples: 1, tile: 512 };
 

@@ -314,6 +314,14 @@ fn a_snapshot_brings_all_of_a_run_back() {
     assert_eq!(simulation.position(), before);
     simulation.finish().unwrap();
     assert!(bits(&gpu, &simulation) == expected, "after brushes");
+    // A mask comes back, too.
+    let brush = Brush { kind: BrushKind::Mask, at: [10.0, 20.0], radius: 90.0, strength: 0.25 };
+    assert!(simulation.restore(&snapshot).unwrap() && simulation.brush(brush).unwrap());
+    let masked = simulation.snapshot().unwrap().unwrap();
+    assert_eq!(masked.bytes(), (17 + 4) * 4 * u64::from(CELLS * CELLS));
+    let mask = texels(&gpu, &simulation.fields().controls);
+    assert!(simulation.restore(&snapshot).unwrap() && simulation.restore(&masked).unwrap());
+    assert_eq!(texels(&gpu, &simulation.fields().controls), mask);
     // From behind a stage that was not there yet.
     assert!(simulation.restore(&snapshot).unwrap());
     assert_eq!(simulation.position(), before);

@@ -7,7 +7,7 @@ const uint CLEAR = 0u;    // sky without clouds
 const uint CLOUDY = 1u;   // sky that clouds may cover
 const uint SEA = 2u;
 const uint GROUND = 3u;
-const uint NOTHING = 4u;  // a plant, which is shaded elsewhere
+const uint PLANT = 4u;
 
 // Side of the square tiles that samples are sorted in: a workgroup.
 const int TILE_SIDE = 8;
@@ -20,7 +20,7 @@ uint part_of(vec3 view, float first_range, out float path) {
         path = sea;
         return SEA;
     }
-    if (first_range < 0.0) return NOTHING;
+    if (first_range < 0.0) return PLANT;
     if (path > 0.0) return GROUND;
     return frame.clouds == 0.0 || abs(view.y) > 0.35 ? CLEAR : CLOUDY;
 }

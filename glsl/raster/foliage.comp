@@ -40,34 +40,7 @@ float coarse_cell_size() {
 #include "lib/gloss.glsl"
 #include "lib/canopy.glsl"
 #include "lib/casts.glsl"
-
-// What the sun and the sky send to both sides of a surface.
-struct Arriving {
-    vec3 sun;          // on a plane that faces it
-    float sky;         // share of the sky that is seen
-    vec3 below;        // radiance of the ground below
-    float hidden;      // share of the sky that other leaves hide
-};
-
-// Light from above and below on a plane with this normal.
-vec3 dome(Arriving light, vec3 normal) {
-    return light.sky * sky_irradiance(normal) + light.below * PI * 0.5 * (1.0 - normal.y);
-}
-
-vec3 leaving(Material material, Coat coat, Arriving light, vec3 normal, vec3 view, float footprint) {
-    // The normal on the eye's side.
-    vec3 n = dot(normal, view) > 0.0 ? -normal : normal;
-    float facing = dot(n, frame.sun_direction);
-    float mirrored = rough_schlick(material, dot(n, -view));
-    vec3 scattered = coat.reflectance / PI * (light.sun * max(facing, 0.0) + dome(light, n))
-                   + coat.transmittance / PI * (light.sun * max(-facing, 0.0) + dome(light, -n));
-    // Leaves that hide the sky are lit themselves, half of them well, and are of the same colour.
-    vec3 albedo = coat.reflectance + coat.transmittance;
-    vec3 open_light = frame.sun_irradiance * max(frame.sun_direction.y, 0.0) + sky_irradiance(vec3(0.0, 1.0, 0.0));
-    scattered += light.hidden * 0.25 * albedo * albedo / PI * open_light;
-    vec3 gloss = light.sun * highlight(material, n, -view, frame.sun_direction, footprint) + mirrored * dome(light, n) / PI;
-    return (1.0 - mirrored) * scattered + gloss;
-}
+#include "lib/foliage.glsl"
 
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
@@ -78,27 +51,6 @@ void main() {
     float sea_range = range_of_sea(view);
     if (sea_range > 0.0 && sea_range < path) return;
     uvec4 found = imageLoad(plant, at);
-
-    vec3 point = frame.eye + path * view;
-    float footprint = path * frame.sample_angle;
-    Material material = materials[found.x];
-    Coat coat = coat(material, point, found.y, footprint);
-    Stencil coarse = stencil(point.xz, push.coarse_cells);
-    Arriving light;
-    vec4 leaves = BILINEAR(canopy, stencil(point.xz, imageSize(canopy).x));
-    float visible = sun_visibility(point.y, BILINEAR(shadow, coarse).xy, coarse_cell_size(), footprint);
-    if (visible > 0.0) {
-        float elsewhere = through_canopy(leaves, point.y, 1.0 / max(frame.sun_direction.y, 0.1));
-        visible *= cast_visibility(point, 0.02 + footprint, 6, cast_turn(push.origin + at), elsewhere);
-    }
-    // Own leaves are among those of the canopy: what hides more counts.
-    vec2 open = unpackUnorm2x16(found.w);
-    light.sun = frame.sun_irradiance * visible;
-    light.sky = BILINEAR(openness, coarse).x * min(open.x, through_canopy(leaves, point.y, MEAN_PATH));
-    light.below = BILINEAR(glow, coarse).rgb * open.y * through_canopy(leaves, -1e9, MEAN_PATH);
-    light.hidden = 1.0 - light.sky;
-    vec3 normal = unpack_direction(found.z);
-    coat.reflectance *= furrow(material, point, footprint, normal);
-    vec3 seen = leaving(material, coat, light, normal, view, footprint);
+    vec3 seen = plant_radiance(found, view, path, cast_turn(push.origin + at));
     imageStore(radiance, at, vec4(with_clouds(veil(seen, view, path), view, path), 1.0));
 }

@@ -31,6 +31,18 @@ pub fn plants(grid: Grid, film: &Film, quality: Quality) -> Vec<Memory> {
     ]
 }
 
+/// What [`super::Live`] needs beside the ground itself, for pictures of this size with `samples` × `samples` samples in a pixel: without
+/// plants.
+pub fn live(grid: Grid, film: &Film, sky: &Sky, samples: u32) -> Vec<Memory> {
+    let pixels = u64::from(film.width) * u64::from(film.height) * u64::from(samples).pow(2);
+    let texels = u64::from(shelter::side(grid)).pow(2);
+    let mut parts = light(grid, sky);
+    parts.push(Memory { name: "coat", bytes: texels * (16 + 8) });
+    // Distance, depth and radiance of every sample.
+    parts.push(Memory { name: "canvas", bytes: pixels * (4 + 4 + 16) });
+    parts
+}
+
 /// What the models of a population take at most, in all of their levels.
 pub fn models(population: &Population) -> Memory {
     let levels = population.models.iter().flat_map(|model| &model.levels);

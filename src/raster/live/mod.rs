@@ -9,7 +9,7 @@ mod parts;
 
 use super::patches::{self, Prepared, top, values};
 use super::population::{Care, Crowd, Kept};
-use super::{Exposure, Lit, Maps, Overlay, Renderer, overlay};
+use super::{Exposure, Maps, Overlay, Renderer, overlay};
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
 use crate::gpu::{
@@ -21,9 +21,9 @@ use crate::scene::{
 };
 use crate::shaders::{
     Frame, Patch,
-    raster::{coat, fine, sort, swift},
+    raster::{coat, fine, fine_foliage, sort, swift},
 };
-use parts::{Programs, TILE, Tiles};
+use parts::{PLANT, Programs, TILE, Tiles};
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -50,6 +50,8 @@ struct Passes {
     sort: Compute<sort::Shader>,
     swift: Option<Programs<swift::Shader>>,
     fine: Option<Programs<fine::Shader>>,
+    /// By detail, with the sky that they are for.
+    foliage: [Option<(u32, Compute<fine_foliage::Shader>)>; 2],
     overlay: overlay::Pass,
     developer: Developer,
 }
@@ -138,6 +140,7 @@ impl Live {
             sort: Compute::new(gpu, ())?,
             swift: None,
             fine: None,
+            foliage: [None, None],
             overlay: overlay::Pass::new(gpu)?,
             developer: Developer::new(gpu)?,
         };
@@ -321,7 +324,7 @@ impl Live {
         };
         let population = &self.renderer.population;
         let crowd = population.look(&self.gpu, &self.scene, &self.prepared, &mut self.kept, care)?;
-        self.draw_plants(&crowd, size)?;
+        self.draw_plants(&crowd, size, (view.detail, frame.sky))?;
         self.sort()?;
         self.drawing = Some(Drawing { view: view.clone(), target: target.clone(), crowd, row: 0 });
         Ok(())
@@ -360,6 +363,7 @@ impl Live {
             Detail::Swift => self.record_swift(&mut rec, &drawing.crowd, rows.clone(), canvas),
             Detail::Full => self.record_fine(&mut rec, &drawing.crowd, rows.clone(), canvas),
         }
+        self.record_foliage(&mut rec, detail, &drawing.crowd, rows.clone(), canvas);
         // Pixels of which all samples are there.
         let pixel_row = |row: u32| if row == tiles.rows() { film.height } else { row * TILE / samples };
         let pixel_rows = pixel_row(rows.start)..pixel_row(rows.end);
@@ -515,8 +519,49 @@ impl Live {
         }
     }
 
-    /// Draws and shades whoever is seen.
-    fn draw_plants(&mut self, crowd: &Crowd, size: [u32; 2]) -> gpu::Result<()> {
+    /// Shades plants.
+    fn record_foliage(
+        &self,
+        rec: &mut Recorder,
+        detail: Detail,
+        crowd: &Crowd,
+        rows: Range<u32>,
+        canvas: &Canvas,
+    ) {
+        let exposure = &self.light.exposure;
+        let Canvas { range, radiance, plant, tiles, .. } = canvas;
+        let (Some((_, program)), Some(materials), Some(plant), Some(own)) = (
+            &self.passes.foliage[detail as usize],
+            crowd.materials(),
+            plant,
+            tiles.within(rows).nth(PLANT as usize).filter(|own| !own.is_empty()),
+        ) else {
+            return;
+        };
+        rec.dispatch(
+            program,
+            [own.len() as u32 * TILE, TILE],
+            fine_foliage::Push { coarse_cells: exposure.glow.size()[0] as i32, first_tile: own.start },
+            fine_foliage::Bindings {
+                frame: &self.prepared.frame,
+                panorama: &self.prepared.panorama,
+                range,
+                plant,
+                radiance,
+                materials,
+                openness: &exposure.shelter.openness,
+                shadow: &exposure.shadow,
+                glow: &exposure.glow,
+                casts: &crowd.casts.casts,
+                cast_maps: &crowd.casts.maps,
+                canopy: &crowd.canopy,
+                tiles: &tiles.list,
+            },
+        );
+    }
+
+    /// Draws whoever is seen.
+    fn draw_plants(&mut self, crowd: &Crowd, size: [u32; 2], (detail, sky): (Detail, u32)) -> gpu::Result<()> {
         let Some(canvas) = self.canvas.as_mut().filter(|_| crowd.materials().is_some()) else {
             return Ok(());
         };
@@ -524,17 +569,12 @@ impl Live {
             Some(plant) => plant.clone(),
             None => canvas.plant.insert(Image::new(&self.gpu, "plant", size)?).clone(),
         };
-        let Canvas { range, depth, radiance, .. } = &*canvas;
+        let Canvas { range, depth, .. } = &*canvas;
         let whole = [[1.0; 2], [0.0; 2]];
         let (scene, prepared) = (&self.scene, &self.prepared);
         let targets = (range, &plant, depth);
         self.renderer.population.draw(&self.gpu, crowd, (scene, prepared), whole, targets)?;
-        let mut rec = Recorder::timed(&self.gpu, 16);
-        let lit = Lit { scene, prepared, exposure: &self.light.exposure, crowd };
-        self.renderer.record_foliage(&mut rec, &lit, [0; 2], (range, &plant), radiance);
-        let timings = rec.submit()?.wait()?.timings;
-        self.note(timings);
-        Ok(())
+        self.passes.prepare_foliage(&self.gpu, detail, sky)
     }
 }
 
@@ -549,6 +589,18 @@ impl Passes {
                 self.fine = Some(Programs::new(gpu, sky, |part| fine::Constants { part, sky })?);
             }
             Detail::Swift | Detail::Full => {}
+        }
+        Ok(())
+    }
+}
+
+impl Passes {
+    /// The same for the program of plants.
+    fn prepare_foliage(&mut self, gpu: &Gpu, detail: Detail, sky: u32) -> gpu::Result<()> {
+        let program = &mut self.foliage[detail as usize];
+        if program.as_ref().is_none_or(|(known, _)| *known != sky) {
+            let constants = fine_foliage::Constants { part: PLANT, sky, casts: detail == Detail::Full };
+            *program = Some((sky, Compute::new(gpu, constants)?));
         }
         Ok(())
     }

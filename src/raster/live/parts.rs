@@ -7,14 +7,16 @@ use crate::gpu::{
 use crate::shaders::{Frame, raster::sort};
 use std::ops::Range;
 
-/// Kinds of things that have a program of their own: clear sky, sky with clouds, sea, ground.
-pub const PARTS: u32 = 4;
+/// Kinds of things that have a program of their own: clear sky, sky with clouds, sea, ground, plants.
+const PARTS: u32 = 5;
+/// The last of them, whose program is another one.
+pub const PLANT: u32 = 4;
 /// Side of the square tiles that samples are sorted in, which are workgroups of those programs.
 pub const TILE: u32 = 8;
 /// Tiles of a kind that are dispatched at once: every device takes as many workgroups.
 const MOST_TILES: u32 = 32_768;
 
-/// A program for each kind, under one sky.
+/// A program for each kind but plants, under one sky.
 pub struct Programs<S: ComputeInterface> {
     sky: u32,
     parts: Vec<Compute<S>>,
@@ -23,7 +25,7 @@ pub struct Programs<S: ComputeInterface> {
 impl<S: ComputeInterface> Programs<S> {
     /// `constants` are those of a kind.
     pub fn new(gpu: &Gpu, sky: u32, constants: impl Fn(u32) -> S::Constants) -> gpu::Result<Self> {
-        let parts = (0..PARTS).map(|part| Compute::new(gpu, constants(part)));
+        let parts = (0..PLANT).map(|part| Compute::new(gpu, constants(part)));
         Ok(Programs { sky, parts: parts.collect::<gpu::Result<_>>()? })
     }
 

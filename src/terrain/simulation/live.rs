@@ -330,6 +330,16 @@ impl Simulation {
         self.retune_processes(plan)
     }
 
+    /// Takes away a mask that brushes have made.
+    fn remove_mask(&mut self) -> gpu::Result<()> {
+        let mut plan = self.plan.clone();
+        plan.controls.mask = None;
+        if !plan.controls.any() {
+            self.fields.controls = Image::new(&self.gpu, "controls", [1; 2])?;
+        }
+        self.retune_processes(plan)
+    }
+
     /// What the run is now, to come back to.
     ///
     /// # Errors
@@ -357,6 +367,14 @@ impl Simulation {
     /// # Errors
     /// A lost device.
     pub fn restore(&mut self, snapshot: &Snapshot) -> gpu::Result<bool> {
+        if self.parts(snapshot.position).is_none() {
+            return Ok(false);
+        }
+        match &snapshot.controls {
+            Some(_) if !self.plan.controls.any() => self.make_mask()?,
+            None if self.brushes.paint(&self.plan) => self.remove_mask()?,
+            _ => {}
+        }
         let Some(parts) = self.parts(snapshot.position) else { return Ok(false) };
         let alike = |(own, kept): (&Part, &Part)| (own.name, own.floats()) == (kept.name, kept.floats());
         if parts.len() != snapshot.parts.len() || !parts.iter().zip(&snapshot.parts).all(alike) {
@@ -368,10 +386,6 @@ impl Simulation {
         match &snapshot.controls {
             Some(controls) if controls.size() == self.fields.controls.size() => {
                 rec.copy(controls, &self.fields.controls);
-            }
-            // There was no mask yet.
-            None if self.plan.controls.any() => {
-                rec.upload(&self.fields.controls, &vec![[1.0; 4]; self.plan.grid.samples()]);
             }
             _ => {}
         }
