@@ -16,10 +16,15 @@ SPECIES = oak beech spruce pine palm dead shrub fern grass tussock daisy poppy
 # Pictures of worlds, as docs/pictures/forest_NAME.png.
 FORESTS = default=forest/default dead=forest/dead mountain=forest/mountain reef=landscape/reef_forest
 
-.PHONY: help demo species forests zooms install test test-long bench fuzz lint doc
+# Worlds on the viewer's first page, as docs/pictures/small/KIND_NAME.png.
+SMALL = island/volcano island/atoll island/dendritic island/old_barrier island/tiny forest/default forest/mountain \
+	forest/dead forest/tiny landscape/reef_forest zoom/descent zoom/thesis
+
+.PHONY: help demo view species forests zooms small install test test-long bench fuzz lint headless doc
 
 help:
 	@echo 'make demo       build, and render an island to out/volcano.png and a wooded one to out/reef_forest.png'
+	@echo 'make view       build, and open the viewer'
 	@echo 'make species    pictures of all species, in docs/pictures'
 	@echo 'make forests    pictures of the forests, in docs/pictures: takes minutes, and oidnDenoise'
 	@echo 'make zooms      pictures of one flight at five depths, in docs/pictures'
@@ -28,7 +33,9 @@ help:
 	@echo 'make test-long  the tests that take too long for every change'
 	@echo 'make bench      how fast land is made here, as docs/benches.md shows it'
 	@echo 'make fuzz       the readers of files against damaged ones, TIME=$(TIME) seconds for each kind: an hour in all'
+	@echo 'make small      small pictures of worlds, for the first page of the viewer'
 	@echo 'make lint       formatting and clippy, warnings denied'
+	@echo 'make headless   the same of the program without windows'
 	@echo 'make doc        the documentation of the library, warnings denied'
 
 demo:
@@ -39,6 +46,18 @@ demo:
 	$(RUN) render configs/island/volcano.toml -o out/volcano.png
 	$(RUN) render configs/landscape/reef_forest.toml --size 320x180 --spp 16 -o out/reef_forest.png
 	@echo 'The pictures are out/volcano.png and, path traced, out/reef_forest.png.'
+
+view:
+	@scripts/install.sh
+	$(RUN) view
+
+small:
+	@scripts/install.sh
+	set -e; for world in $(SMALL); do \
+		renderer='--renderer raster'; case $$world in zoom/*) renderer=;; esac; \
+		$(RUN) render configs/$$world.toml --size 256x144 $$renderer \
+			-o docs/pictures/small/$$(echo $$world | tr / _).png; \
+	done
 
 species:
 	@scripts/install.sh
@@ -86,6 +105,9 @@ bench:
 fuzz:
 	@scripts/install.sh
 	TERRANE_FUZZ_SECONDS=$(TIME) TERRANE_FUZZ_SEED=$$(date +%s) PROPTEST_CASES=$(CASES) $(TEST) --tests fuzz -- --nocapture
+
+headless:
+	$(CARGO) clippy --release --locked --lib --bins --no-default-features -- -D warnings
 
 lint:
 	$(CARGO) fmt --check

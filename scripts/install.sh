@@ -1,7 +1,7 @@
 #!/bin/sh
 # Installs what building and running terrane needs and this machine lacks; with nothing missing it does nothing.
 # usage: install.sh [validation] [readers]
-#   validation  the Vulkan validation layers too, which the tests run under
+#   validation  the Vulkan validation layers too, which the tests run under, and a desktop that nobody sees, for those of the viewer
 #   readers     what the long tests fetch programs of other makes with, too
 set -eu
 
@@ -58,7 +58,17 @@ need_tool pkg-config pkg-config
 need_package libvulkan1
 # Brings lavapipe, the driver that needs no graphics card.
 need_package mesa-vulkan-drivers
-! wants validation || need_package vulkan-validationlayers
+if wants validation; then
+    need_package vulkan-validationlayers
+    need_tool Xvfb xvfb
+    need_tool openbox openbox
+    need_tool xdotool xdotool
+fi
+# What windows are made with, where there is a display.
+need_package libxkbcommon-x11-0
+need_package libxcursor1
+need_package libxi6
+need_package libx11-xcb1
 if wants readers; then
     need_tool node nodejs
     need_tool npm npm

@@ -2,6 +2,11 @@
 #ifndef CLOUDS_GLSL
 #define CLOUDS_GLSL
 
+// How many samples wide their finest detail may be as little as; an includer that is in a hurry says more.
+#ifndef CLOUD_FOOTPRINT
+#define CLOUD_FOOTPRINT 1.0
+#endif
+
 const float CLOUD_BASE = 750.0;      // metres above the sea
 const float CLOUD_DEPTH = 2300.0;    // of the tallest
 const int CLOUD_RINGS = 4;
@@ -13,7 +18,7 @@ vec4 cloud_ring(vec3 view, float away, uint stream) {
     float y = frame.eye.y + away * view.y / level - frame.sea_level;
     if (y < CLOUD_BASE - 100.0 || y > CLOUD_BASE + CLOUD_DEPTH) return vec4(0.0);
     // Height runs outwards in the pattern's plane: at right angles to the ring, so that it has no seam.
-    float footprint = away * frame.sample_angle;
+    float footprint = CLOUD_FOOTPRINT * away * frame.sample_angle;
     float cover = mottle(outward * away, 14000.0, 3, 0.6, footprint, stream).x;
     float depth = CLOUD_DEPTH * smoothstep(0.05, 0.95, cover + 1.3 * frame.clouds - 0.4);
     if (depth < 50.0) return vec4(0.0);

@@ -2,6 +2,11 @@
 #ifndef SKY_GLSL
 #define SKY_GLSL
 
+// What the sky is; an includer that knows it before says so.
+#ifndef SKY_KIND
+#define SKY_KIND frame.sky
+#endif
+
 // Texels of a picture of the whole sky, row by row from straight up; columns go clockwise.
 layout(binding = 30, scalar) readonly buffer Panorama { vec3 panorama_[]; };
 
@@ -82,11 +87,11 @@ vec3 pictured(vec3 view) {
 
 // From the unit vector `view`; clear skies are below the horizon as at it.
 vec3 sky_radiance(vec3 view) {
-    if (frame.sky == SKY_NONE) return vec3(0.0);
-    if (frame.sky == SKY_CONSTANT) return frame.sky_constant;
-    if (frame.sky == SKY_MAP) return pictured(view);
+    if (SKY_KIND == SKY_NONE) return vec3(0.0);
+    if (SKY_KIND == SKY_CONSTANT) return frame.sky_constant;
+    if (SKY_KIND == SKY_MAP) return pictured(view);
     if (view.y < 0.0) view = normalize(vec3(view.x, 1e-3, view.z));
-    return max(frame.sky == SKY_PREETHAM ? preetham(view) : hosek_wilkie(view), 0.0);
+    return max(SKY_KIND == SKY_PREETHAM ? preetham(view) : hosek_wilkie(view), 0.0);
 }
 
 // The disc, darker towards its limb (u = 0.6: Cox 2000, Allen's Astrophysical Quantities).

@@ -2,7 +2,8 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_GOOGLE_include_directive : require
 // Radiance of every sample, as shade.comp finds it, but swiftly: the ground's colour and relief are those of the coarse grid (coat.comp),
-// the sea mirrors the sky alone, and no plant casts a shadow of its own.
+// the sea has no waves that are seen and mirrors the sky alone, clouds are coarse and far beyond all else, and no plant casts a shadow of its
+// own. Each program shades one kind of thing.
 
 #include "lib/frame.glsl"
 
@@ -20,13 +21,14 @@ layout(binding = 9, rgba32f) uniform readonly image2D canopy;
 
 layout(push_constant, scalar) uniform Push {
     int coarse_cells;  // side of the grid of openness, shadow, coat and relief
-    int first;         // row of samples that the first invocations are of
+    uint first_tile;   // of the list of tiles
 } push;
 
 float coarse_cell_size() {
     return frame.extent / float(push.coarse_cells - 1);
 }
 
+#include "lib/own_part.glsl"
 #include "lib/heightfield.glsl"
 #include "lib/fields.glsl"
 #include "lib/texture.glsl"
@@ -34,6 +36,8 @@ float coarse_cell_size() {
 #include "lib/air.glsl"
 #include "lib/light.glsl"
 #include "lib/sea.glsl"
+// Clouds without their finest puffs.
+#define CLOUD_FOOTPRINT 3.0
 #include "lib/clouds.glsl"
 #include "lib/canopy.glsl"
 #include "lib/wet.glsl"
@@ -56,8 +60,11 @@ vec3 ground_radiance(vec3 point, vec3 view, float footprint) {
     vec3 light = sun * max(dot(normal, frame.sun_direction), 0.0)
                + (sky_irradiance(normal) * open + bounced(albedo, open)) * through;
     vec3 bed = albedo / PI * light;
-    float rivers = BILINEAR(water, stencil(point.xz, frame.cells)).x;
-    return rivers > 0.08 ? wet(bed, view, rivers, open * through) : bed;
+    // Rivers and lakes mirror the sky, whichever part of it.
+    float depth_of_river = BILINEAR(water, stencil(point.xz, frame.cells)).x;
+    vec3 mirrored = mix(bed, sky_irradiance(vec3(0.0, 1.0, 0.0)) / PI, open * open * through);
+    vec3 river = mix(bed * exp(-2.0 * frame.attenuation * depth_of_river) * 0.7, mirrored, fresnel(clamp(-view.y, 0.0, 1.0)));
+    return mix(bed, river, smoothstep(0.08, 0.6, depth_of_river));
 }
 
 // The bottom below where a ray enters the sea, as steep as it may be.
@@ -75,8 +82,8 @@ vec3 sea_radiance(vec3 surface, vec3 view, float footprint) {
     float path;
     vec3 bottom = bottom_of(surface, refract(view, vec3(0.0, 1.0, 0.0), 1.0 / REFRACTIVE_INDEX), path);
     Stencil s = stencil(surface.xz, push.coarse_cells);
-    Ripples waves = ripples(surface.xz, footprint);
-    vec3 normal = normal_from_slope(waves.slope);
+    Ripples waves = Ripples(vec2(0.0), frame.roughness);
+    const vec3 normal = vec3(0.0, 1.0, 0.0);
     float mirrored = mean_fresnel(max(dot(normal, -view), 0.02), waves.deviation);
     float visible = sun_visibility(frame.sea_level, BILINEAR(shadow, s).xy, coarse_cell_size(),
                                    0.3 * frame.cell_size + footprint);
@@ -89,34 +96,28 @@ vec3 sea_radiance(vec3 surface, vec3 view, float footprint) {
                     + sky_irradiance(vec3(0.0, 1.0, 0.0)) * 0.5 * (1.0 + BILINEAR(openness, s).x);
     vec3 transmittance = exp(-frame.attenuation * path);
     float down = max(frame.sea_level - bottom.y, 0.0);
-    vec3 body = frame.deep_colour / PI * open_light * (1.0 - transmittance * exp(-1.1 * frame.attenuation * down));
-    // Deep water shows no bottom.
-    if (max(max(transmittance.r, transmittance.g), transmittance.b) > 0.004) {
-        body += ground_radiance(bottom, view, footprint) * transmittance / (REFRACTIVE_INDEX * REFRACTIVE_INDEX);
-    }
+    vec3 body = ground_radiance(bottom, view, footprint) * transmittance / (REFRACTIVE_INDEX * REFRACTIVE_INDEX)
+              + frame.deep_colour / PI * open_light * (1.0 - transmittance * exp(-1.1 * frame.attenuation * down));
     vec3 seen = (1.0 - mirrored) * body + mirrored * reflection + glitter(view, waves) * visible;
     return mix(seen, FOAM / PI * open_light, BILINEAR(coat, s).a);
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first);
+    ivec2 at = own_sample();
     if (any(greaterThanEqual(at, imageSize(range)))) return;
     vec3 view = camera_ray(vec2(at) + 0.5);
-    // Negative is the range of what stands on the ground.
-    float first_range = imageLoad(range, at).x;
-    float ground_range = abs(first_range);
-    float sea_range = range_of_sea(view);
-    bool sea = sea_range > 0.0 && (ground_range == 0.0 || sea_range < ground_range);
-    if (!sea && first_range < 0.0) return;
-    float path = sea ? sea_range : ground_range;
-    if (path == 0.0) {
-        imageStore(radiance, at, vec4(with_clouds(sky_radiance(view) + sun_disc_radiance(view), view, 1e9), 1.0));
-        return;
-    }
+    float path;
+    if (part_of(view, imageLoad(range, at).x, path) != PART) return;
     vec3 surface = frame.eye + path * view;
     float footprint = path * frame.sample_angle;
-    // On the sea a sample is a long ellipse; its mean diameter counts.
-    vec3 seen = sea ? sea_radiance(surface, view, footprint * inversesqrt(max(-view.y, 0.02)))
-                    : ground_radiance(surface, view, footprint);
-    imageStore(radiance, at, vec4(with_clouds(veil(seen, view, path), view, path), 1.0));
+    vec3 light;
+    if (PART == SEA) {
+        light = veil(sea_radiance(surface, view, footprint * inversesqrt(max(-view.y, 0.02))), view, path);
+    } else if (PART == GROUND) {
+        light = veil(ground_radiance(surface, view, footprint), view, path);
+    } else {
+        light = sky_radiance(view) + sun_disc_radiance(view);
+        if (PART == CLOUDY) light = with_clouds(light, view, 1e9);
+    }
+    imageStore(radiance, at, vec4(light, 1.0));
 }

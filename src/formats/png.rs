@@ -22,6 +22,17 @@ pub fn write_picture(path: &Path, size: [u32; 2], pixels: &[u8]) -> Result<Writt
     file::write(path, |writer| picture(writer, size, pixels))
 }
 
+/// Width and height, and three bytes a pixel, of a picture that comes with the program. `None` for what is none.
+#[cfg(feature = "viewer")]
+pub fn read_small(bytes: &[u8]) -> Option<([usize; 2], Vec<u8>)> {
+    let mut reader = png::Decoder::new(io::Cursor::new(bytes)).read_info().ok()?;
+    let mut pixels = vec![0; reader.output_buffer_size()?];
+    let info = reader.next_frame(&mut pixels).ok()?;
+    pixels.truncate(info.buffer_size());
+    let is_rgb = (info.color_type, info.bit_depth) == (ColorType::Rgb, png::BitDepth::Eight);
+    is_rgb.then_some(([info.width as usize, info.height as usize], pixels))
+}
+
 /// The bytes of the file that [`write_picture`] writes, for a place inside another file.
 ///
 /// # Errors

@@ -28,11 +28,10 @@ use crate::shaders::raster::{foliage, resolve, shade, terrain};
 pub use exposure::Exposure;
 pub use live::{Detail, Live, View};
 pub use maps::Maps;
-pub use overlay::{COLOURS, MATERIALS, Overlay, Scale, Shown};
+pub use overlay::{COLOURS, MATERIALS, Overlay, Scale, Shown, colour as overlay_colour};
 
 use patches::Prepared;
 use population::Crowd;
-use std::ops::Range;
 use tile::Tile;
 
 /// Draws scenes. Making one compiles its programs; it can then draw any number of pictures.
@@ -194,7 +193,7 @@ impl Renderer {
         }
         let pixels = Image::<Rgba32f>::new(&self.gpu, "pixels", tile.size)?;
         let mut rec = Recorder::new(&self.gpu);
-        self.record_shade(&mut rec, &lit, (origin, 0..size[1]), &range, &radiance);
+        self.record_shade(&mut rec, &lit, origin, &range, &radiance);
         rec.dispatch(
             &self.resolve,
             tile.size,
@@ -238,12 +237,12 @@ impl Renderer {
         );
     }
 
-    /// Shades some rows of samples of a tile whose first sample is `origin`: ground, sea and sky.
+    /// Shades what a tile whose first sample is `origin` shows beside plants: ground, sea and sky.
     fn record_shade(
         &self,
         rec: &mut Recorder,
         lit: &Lit,
-        (origin, rows): ([i32; 2], Range<u32>),
+        origin: [i32; 2],
         range: &Image<R32f>,
         radiance: &Image<Rgba32f>,
     ) {
@@ -252,8 +251,8 @@ impl Renderer {
         let coarse_cells = exposure.glow.size()[0] as i32;
         rec.dispatch(
             &self.shade,
-            [range.size()[0], rows.len() as u32],
-            shade::Push { origin, coarse_cells, first: rows.start as i32 },
+            range.size(),
+            shade::Push { origin, coarse_cells },
             shade::Bindings {
                 frame: &prepared.frame,
                 panorama: &prepared.panorama,

@@ -72,6 +72,14 @@ impl Fields {
         rec.clear(&self.change);
     }
 
+    /// Fills the controls from the plan's maps; makes their image if there was none.
+    pub(super) fn retune_controls(&mut self, gpu: &Gpu, plan: &Plan) -> gpu::Result<()> {
+        if plan.controls.any() && self.controls.size() != [self.grid.cells; 2] {
+            self.controls = Image::new(gpu, "controls", [self.grid.cells; 2])?;
+        }
+        self.fill_controls(gpu, plan)
+    }
+
     fn fill_controls(&self, gpu: &Gpu, plan: &Plan) -> gpu::Result<()> {
         if !plan.controls.any() {
             return Ok(());
@@ -96,7 +104,7 @@ impl Fields {
 }
 
 /// Which images a plan needs in full.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(super) struct Images {
     pub hydraulic: bool,
     pub diagonal: bool,

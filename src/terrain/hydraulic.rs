@@ -127,6 +127,8 @@ pub struct Hydraulic {
     flow: Compute<hydraulic_flow::Shader>,
     diffusion: Compute<sediment_diffusion::Shader>,
     erode: Compute<hydraulic_erode::Shader>,
+    /// What the programs were made with.
+    constants: (hydraulic_flow::Constants, hydraulic_erode::Constants),
     blocks: Blocks,
     flow_push: hydraulic_flow::Push,
     erode_push: hydraulic_erode::Push,
@@ -136,39 +138,15 @@ pub struct Hydraulic {
 
 impl Hydraulic {
     pub fn new(gpu: &Gpu, plan: &Plan, params: &Params) -> gpu::Result<Hydraulic> {
-        let pipes = if params.flows_diagonally() { 8 } else { 4 };
-        let controls = plan.controls.any();
-        let outflow_slope = params.slope == Slope::Outflow;
-        let semi_lagrangian = params.traces_back();
-        // Four pipes leave registers for more cells.
-        let blocks = Blocks::of(gpu, 2, if pipes == 4 { 4 } else { 2 });
-        let Blocks { columns, rows } = blocks;
-        let flow = hydraulic_flow::Constants {
-            pipes,
-            controls,
-            open: plan.boundary == Boundary::Open,
-            fixed_section: params.section == Section::Fixed,
-            drag: params.drag > 0.0,
-            outflow_slope,
-            semi_lagrangian,
-            columns,
-            rows,
-        };
-        let erode = hydraulic_erode::Constants {
-            pipes,
-            controls,
-            outflow_slope,
-            semi_lagrangian,
-            bed_diffusion: params.creep > 0.0 || params.bank_diffusion > 0.0,
-            columns,
-            rows,
-        };
+        let constants @ (flow, erode) = constants(gpu, plan, params);
+        let (columns, rows) = (flow.columns, flow.rows);
         Ok(Hydraulic {
             start: Compute::new(gpu, ())?,
             flow: Compute::new(gpu, flow)?,
             diffusion: Compute::new(gpu, sediment_diffusion::Constants { columns, rows })?,
             erode: Compute::new(gpu, erode)?,
-            blocks,
+            constants,
+            blocks: Blocks { columns, rows },
             flow_push: flow_push(plan, params),
             erode_push: erode_push(plan, params),
             extra_sweeps: params.sediment_sweeps(plan.grid) - 1,
@@ -241,7 +219,7 @@ impl Process for Hydraulic {
     fn pass(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32, pass: u32) {
         if pass == 0 {
             if iteration == 1 {
-                self.fill_the_sea(rec, fields);
+                self.begin(rec, fields);
             }
             self.let_flow(rec, fields);
         } else if pass <= self.extra_sweeps {
@@ -250,6 +228,56 @@ impl Process for Hydraulic {
             self.let_erode(rec, fields);
         }
     }
+
+    fn begin(&mut self, rec: &mut Recorder, fields: &mut Fields) {
+        self.fill_the_sea(rec, fields);
+    }
+
+    fn retune(&mut self, gpu: &Gpu, plan: &Plan) -> gpu::Result<()> {
+        let Some(params) = &plan.hydraulic else { return Ok(()) };
+        if self.constants != constants(gpu, plan, params) {
+            *self = Hydraulic::new(gpu, plan, params)?;
+        }
+        self.flow_push = flow_push(plan, params);
+        self.erode_push = erode_push(plan, params);
+        self.extra_sweeps = params.sediment_sweeps(plan.grid) - 1;
+        Ok(())
+    }
+}
+
+/// What programs are made with.
+fn constants(
+    gpu: &Gpu,
+    plan: &Plan,
+    params: &Params,
+) -> (hydraulic_flow::Constants, hydraulic_erode::Constants) {
+    let pipes = if params.flows_diagonally() { 8 } else { 4 };
+    let controls = plan.controls.any();
+    let outflow_slope = params.slope == Slope::Outflow;
+    let semi_lagrangian = params.traces_back();
+    // Four pipes leave registers for more cells.
+    let Blocks { columns, rows } = Blocks::of(gpu, 2, if pipes == 4 { 4 } else { 2 });
+    let flow = hydraulic_flow::Constants {
+        pipes,
+        controls,
+        open: plan.boundary == Boundary::Open,
+        fixed_section: params.section == Section::Fixed,
+        drag: params.drag > 0.0,
+        outflow_slope,
+        semi_lagrangian,
+        columns,
+        rows,
+    };
+    let erode = hydraulic_erode::Constants {
+        pipes,
+        controls,
+        outflow_slope,
+        semi_lagrangian,
+        bed_diffusion: params.creep > 0.0 || params.bank_diffusion > 0.0,
+        columns,
+        rows,
+    };
+    (flow, erode)
 }
 
 fn flow_push(plan: &Plan, params: &Params) -> hydraulic_flow::Push {

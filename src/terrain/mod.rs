@@ -13,7 +13,7 @@ pub mod thermal;
 pub use self::{
     fields::Fields,
     schedule::Stage,
-    simulation::{Layer, Progress, Simulation, processes},
+    simulation::{Brush, BrushKind, Kind, Layer, Progress, Simulation, Snapshot, processes},
     state::{Part, Position},
 };
 pub use crate::core::map::Map;
@@ -76,6 +76,17 @@ pub trait Process {
 
     /// Records one pass, counted from 0: as much as must run in one go.
     fn pass(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32, pass: u32);
+
+    /// Records what even those iterations need that leave the process out: nothing, but before its first one.
+    fn begin(&mut self, _rec: &mut Recorder, _fields: &mut Fields) {}
+
+    /// Takes its parameters from another plan of the same land, between two iterations.
+    ///
+    /// # Errors
+    /// A program that can't be made.
+    fn retune(&mut self, _gpu: &Gpu, _plan: &Plan) -> gpu::Result<()> {
+        Ok(())
+    }
 
     /// Records a whole iteration.
     fn step(&mut self, rec: &mut Recorder, fields: &mut Fields, iteration: u32) {

@@ -78,7 +78,7 @@ impl Params {
     }
 
     /// The sea at each step, metres above the datum, from `start`. A stage shorter than a step moves it at once.
-    fn sea_levels(&self, start: f32) -> Vec<f32> {
+    pub(super) fn sea_levels(&self, start: f32) -> Vec<f32> {
         let mut levels = Vec::new();
         let mut level = f64::from(start);
         for stage in &self.stages {
@@ -95,6 +95,8 @@ impl Params {
 pub struct Reef {
     growth: Compute<reef_growth::Shader>,
     carbon: Compute<reef_carbon::Shader>,
+    /// Whether `growth` knows of controls.
+    controls: bool,
     blocks: Blocks,
     rubble: Option<(Slide, Rubble)>,
     growth_push: reef_growth::Push,
@@ -111,44 +113,22 @@ impl Reef {
             Some(rubble) => Some((Slide::rubble(gpu, plan, rubble.repose)?, rubble)),
             None => None,
         };
+        let controls = plan.controls.any();
         let sweeps = params.sweeps(plan.grid);
         let blocks = Blocks::of(gpu, 2, 4);
         let Blocks { columns, rows } = blocks;
         Ok(Reef {
-            growth: Compute::new(gpu, reef_growth::Constants { controls: plan.controls.any() })?,
+            growth: Compute::new(gpu, reef_growth::Constants { controls })?,
             carbon: Compute::new(gpu, reef_carbon::Constants { columns, rows })?,
+            controls,
             blocks,
             rubble,
-            growth_push: reef_growth::Push {
-                sea_level: plan.sea_level,
-                growth: (f64::from(params.growth) * f64::from(params.step)) as f32,
-                light_decay: params.light_decay,
-                max_depth: params.max_depth,
-                uptake: params.uptake,
-                keep: params.keep,
-                ocean_carbon: params.ocean_carbon,
-                ocean_depth: params.ocean_depth,
-            },
-            mixing: (params.mixing(plan.grid) / 4.0 / f64::from(sweeps.max(1))) as f32,
+            growth_push: growth_push(plan, params),
+            mixing: mixing(params, plan.grid),
             sweeps,
             sea_levels: params.sea_levels(plan.sea_level),
             first_level: plan.sea_level,
         })
-    }
-
-    /// The bed is what there is; carbon is that of the ocean wherever there is water.
-    fn begin(&self, rec: &mut Recorder, fields: &mut Fields) {
-        rec.copy(fields.height.src(), &fields.start);
-        rec.clear(&fields.reef);
-        rec.clear(fields.carbon.src());
-        // Nothing grows in this step, but held and unheld cells get their carbon.
-        let ocean = reef_growth::Push {
-            sea_level: self.first_level,
-            growth: 0.0,
-            ocean_depth: 0.0,
-            ..self.growth_push
-        };
-        self.grow(rec, fields, ocean);
     }
 
     fn grow(&self, rec: &mut Recorder, fields: &Fields, push: reef_growth::Push) {
@@ -175,7 +155,58 @@ impl Reef {
     }
 }
 
+fn growth_push(plan: &Plan, params: &Params) -> reef_growth::Push {
+    reef_growth::Push {
+        sea_level: plan.sea_level,
+        growth: (f64::from(params.growth) * f64::from(params.step)) as f32,
+        light_decay: params.light_decay,
+        max_depth: params.max_depth,
+        uptake: params.uptake,
+        keep: params.keep,
+        ocean_carbon: params.ocean_carbon,
+        ocean_depth: params.ocean_depth,
+    }
+}
+
+/// Mixing of carbon with each neighbour in one sweep.
+fn mixing(params: &Params, grid: Grid) -> f32 {
+    (params.mixing(grid) / 4.0 / f64::from(params.sweeps(grid).max(1))) as f32
+}
+
 impl Process for Reef {
+    /// The bed is what there is; carbon is that of the ocean wherever there is water.
+    fn begin(&mut self, rec: &mut Recorder, fields: &mut Fields) {
+        rec.copy(fields.height.src(), &fields.start);
+        rec.clear(&fields.reef);
+        rec.clear(fields.carbon.src());
+        // Nothing grows in this step, but held and unheld cells get their carbon.
+        let ocean = reef_growth::Push {
+            sea_level: self.first_level,
+            growth: 0.0,
+            ocean_depth: 0.0,
+            ..self.growth_push
+        };
+        self.grow(rec, fields, ocean);
+    }
+
+    fn retune(&mut self, gpu: &Gpu, plan: &Plan) -> gpu::Result<()> {
+        let Some(params) = &plan.reef else { return Ok(()) };
+        let slides = |rubble: Option<Rubble>| rubble.map(|rubble| rubble.repose);
+        let rubble = self.rubble.as_ref().map(|(_, rubble)| *rubble);
+        if self.controls != plan.controls.any() || slides(rubble) != slides(params.rubble) {
+            *self = Reef::new(gpu, plan, params)?;
+        }
+        if let (Some((_, own)), Some(rubble)) = (&mut self.rubble, params.rubble) {
+            *own = rubble;
+        }
+        self.growth_push = growth_push(plan, params);
+        self.mixing = mixing(params, plan.grid);
+        self.sweeps = params.sweeps(plan.grid);
+        self.sea_levels = params.sea_levels(plan.sea_level);
+        self.first_level = plan.sea_level;
+        Ok(())
+    }
+
     /// Growth, the sweeps of diffusion, the passes of rubble.
     fn passes(&self, iteration: u32) -> u32 {
         let sheds = |rubble: &Rubble| iteration.is_multiple_of(rubble.every.max(1));

@@ -15,13 +15,14 @@ pub fn sweeps(smoothing: f32, grid: Grid) -> u32 {
 
 pub struct Seabed {
     pass: Compute<Shader>,
+    constants: Constants,
     sea_level: f32,
 }
 
 impl Seabed {
     pub fn new(gpu: &Gpu, plan: &Plan) -> gpu::Result<Seabed> {
-        let pass = Compute::new(gpu, Constants { controls: plan.controls.any() })?;
-        Ok(Seabed { pass, sea_level: plan.sea_level })
+        let constants = Constants { controls: plan.controls.any() };
+        Ok(Seabed { pass: Compute::new(gpu, constants)?, constants, sea_level: plan.sea_level })
     }
 }
 
@@ -40,5 +41,12 @@ impl Process for Seabed {
             },
         );
         height.swap();
+    }
+
+    fn retune(&mut self, gpu: &Gpu, plan: &Plan) -> gpu::Result<()> {
+        if self.constants.controls != plan.controls.any() {
+            *self = Seabed::new(gpu, plan)?;
+        }
+        Ok(())
     }
 }

@@ -50,6 +50,32 @@ impl Part {
         }
     }
 
+    /// Bytes on the device.
+    pub fn bytes(&self) -> u64 {
+        4 * self.floats() as u64
+    }
+
+    /// A copy on the device, as it is now.
+    ///
+    /// # Errors
+    /// No memory for it.
+    pub(super) fn copied(&self, gpu: &Gpu, rec: &mut Recorder) -> gpu::Result<Part> {
+        let image = match &self.image {
+            Texels::R(image) => Texels::R(copied(gpu, rec, image)?),
+            Texels::Rgba(image) => Texels::Rgba(copied(gpu, rec, image)?),
+        };
+        Ok(Part { name: self.name, image })
+    }
+
+    /// Replaces all of it by a part of the same name.
+    pub(super) fn fill(&self, rec: &mut Recorder, from: &Part) {
+        match (&self.image, &from.image) {
+            (Texels::R(image), Texels::R(from)) => rec.copy(from, image),
+            (Texels::Rgba(image), Texels::Rgba(from)) => rec.copy(from, image),
+            (Texels::R(_), Texels::Rgba(_)) | (Texels::Rgba(_), Texels::R(_)) => {}
+        }
+    }
+
     /// Replaces all of it, in the order of [`Part::download`].
     pub fn upload(&self, gpu: &Gpu, floats: &[f32]) -> gpu::Result<()> {
         match &self.image {
@@ -105,6 +131,44 @@ pub(super) fn parts(fields: &Fields, position: Position, iterations: u32) -> Vec
         parts.push(Part { name: "carbon", image: Texels::R(carbon.src().clone()) });
     }
     parts
+}
+
+/// Clears every image that a state may leave out: there it is zero.
+pub(super) fn clear(rec: &mut Recorder, fields: &Fields) {
+    // Without `..`, as above.
+    let Fields {
+        grid: _,
+        sea_level: _,
+        height,
+        start,
+        change,
+        water,
+        sediment,
+        axis,
+        diagonal,
+        slope,
+        reef,
+        carbon,
+        controls: _,
+    } = fields;
+    rec.concurrent(|rec| {
+        for image in [height.src(), height.dst(), start, change, sediment.src(), sediment.dst(), slope, reef] {
+            rec.clear(image);
+        }
+        for image in [carbon.src(), carbon.dst()] {
+            rec.clear(image);
+        }
+        for pair in [water, axis, diagonal] {
+            rec.clear(pair.src());
+            rec.clear(pair.dst());
+        }
+    });
+}
+
+fn copied<F: Format>(gpu: &Gpu, rec: &mut Recorder, image: &Image<F>) -> gpu::Result<Image<F>> {
+    let copy = Image::new(gpu, "snapshot", image.size())?;
+    rec.copy(image, &copy);
+    Ok(copy)
 }
 
 fn download<F: Format>(gpu: &Gpu, image: &Image<F>) -> gpu::Result<Vec<f32>> {

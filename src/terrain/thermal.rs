@@ -86,13 +86,19 @@ enum Schedule {
     Prepare { last: u32 },
 }
 
+impl Schedule {
+    fn beside_water(plan: &Plan, params: &Params, step: f64) -> (Schedule, f64) {
+        let every = params.every.max(1);
+        let (passes, rate) = params.passes_and_rate(plan.grid, f64::from(every) * step);
+        (Schedule::Behind { every, passes }, rate)
+    }
+}
+
 impl Thermal {
     /// Beside hydraulic erosion with steps of `step` model seconds.
     pub fn beside_water(gpu: &Gpu, plan: &Plan, params: &Params, step: f64) -> gpu::Result<Thermal> {
-        let every = params.every.max(1);
-        let (passes, rate) = params.passes_and_rate(plan.grid, f64::from(every) * step);
-        let slide = Slide::of(gpu, plan, params, rate)?;
-        Ok(Thermal { slide, schedule: Schedule::Behind { every, passes } })
+        let (schedule, rate) = Schedule::beside_water(plan, params, step);
+        Ok(Thermal { slide: Slide::of(gpu, plan, params, rate)?, schedule })
     }
 
     /// On its own.
@@ -126,17 +132,60 @@ impl Process for Thermal {
             fields.rebase(rec);
         }
     }
+
+    fn retune(&mut self, gpu: &Gpu, plan: &Plan) -> gpu::Result<()> {
+        let Some(params) = &plan.thermal else { return Ok(()) };
+        let (constants, push) = match (&self.schedule, plan.time_step(), params.settle) {
+            (Schedule::Behind { .. }, Some(step), _) => {
+                let (schedule, rate) = Schedule::beside_water(plan, params, step);
+                self.schedule = schedule;
+                Slide::parameters(gpu, plan, params, rate)
+            }
+            (Schedule::Each, ..) => {
+                let (_, rate) = params.passes_and_rate(plan.grid, f64::from(params.duration));
+                Slide::parameters(gpu, plan, params, rate)
+            }
+            (Schedule::Prepare { .. }, _, Some(settle)) => {
+                self.schedule = Schedule::Prepare { last: settle.passes(plan.grid) };
+                Slide::parameters_of_rubble(gpu, plan, settle.repose)
+            }
+            _ => return Ok(()),
+        };
+        self.slide.retune(gpu, constants, push)
+    }
 }
 
 /// One pass of sliding, for whatever slides.
 pub(super) struct Slide {
     pass: Compute<Shader>,
-    blocks: Blocks,
+    constants: Constants,
     pub push: Push,
 }
 
 impl Slide {
     fn of(gpu: &Gpu, plan: &Plan, params: &Params, rate: f64) -> gpu::Result<Slide> {
+        Slide::new(gpu, Slide::parameters(gpu, plan, params, rate))
+    }
+
+    /// The excess law at its largest rate and one angle of repose, radians.
+    pub fn rubble(gpu: &Gpu, plan: &Plan, repose: f32) -> gpu::Result<Slide> {
+        Slide::new(gpu, Slide::parameters_of_rubble(gpu, plan, repose))
+    }
+
+    fn new(gpu: &Gpu, (constants, push): (Constants, Push)) -> gpu::Result<Slide> {
+        Ok(Slide { pass: Compute::new(gpu, constants)?, constants, push })
+    }
+
+    /// Other parameters; the program is made anew only if it has to be.
+    pub fn retune(&mut self, gpu: &Gpu, constants: Constants, push: Push) -> gpu::Result<()> {
+        if self.constants != constants {
+            (self.pass, self.constants) = (Compute::new(gpu, constants)?, constants);
+        }
+        self.push = push;
+        Ok(())
+    }
+
+    fn parameters(gpu: &Gpu, plan: &Plan, params: &Params, rate: f64) -> (Constants, Push) {
         let law = match params.law {
             Law::Excess => 0,
             Law::Drop => 1,
@@ -148,11 +197,10 @@ impl Slide {
             sea_level: plan.acting_sea_level(),
             top: TOP,
         };
-        Slide::new(gpu, plan, law, push)
+        (constants(gpu, plan, law), push)
     }
 
-    /// The excess law at its largest rate and one angle of repose, radians.
-    pub fn rubble(gpu: &Gpu, plan: &Plan, repose: f32) -> gpu::Result<Slide> {
+    pub fn parameters_of_rubble(gpu: &Gpu, plan: &Plan, repose: f32) -> (Constants, Push) {
         let rise = rise(repose, plan.grid);
         let push = Push {
             half_rate: (0.5 * LARGEST_RATE) as f32,
@@ -161,14 +209,12 @@ impl Slide {
             sea_level: f32::MIN,
             top: TOP,
         };
-        Slide::new(gpu, plan, 0, push)
+        (constants(gpu, plan, 0), push)
     }
 
-    fn new(gpu: &Gpu, plan: &Plan, law: u32, push: Push) -> gpu::Result<Slide> {
-        let blocks = Blocks::of(gpu, 2, 4);
-        let Blocks { columns, rows } = blocks;
-        let constants = Constants { law, controls: plan.controls.any(), columns, rows };
-        Ok(Slide { pass: Compute::new(gpu, constants)?, blocks, push })
+    fn blocks(&self) -> Blocks {
+        let Constants { columns, rows, .. } = self.constants;
+        Blocks { columns, rows }
     }
 
     /// Slides the ground and counts it in `change`, where height is `start + change`.
@@ -176,7 +222,7 @@ impl Slide {
         let height = &mut fields.height;
         rec.dispatch(
             &self.pass,
-            self.blocks.over(height.src().size()),
+            self.blocks().over(height.src().size()),
             self.push,
             Bindings {
                 height_in: height.src(),
@@ -188,6 +234,11 @@ impl Slide {
         );
         height.swap();
     }
+}
+
+fn constants(gpu: &Gpu, plan: &Plan, law: u32) -> Constants {
+    let Blocks { columns, rows } = Blocks::of(gpu, 2, 4);
+    Constants { law, controls: plan.controls.any(), columns, rows }
 }
 
 /// How far a slope of `repose` radians rises over one cell, m.

@@ -110,12 +110,12 @@ fn shape(of: &Shape) -> Object {
         }
         // The elements of an array differ in their defaults only.
         Shape::Array(elements) => array(elements.first(), elements.len()..=elements.len()),
-        Shape::List { element, len: [least, most] } => array(Some(element), *least..=*most),
+        Shape::List { element, len: [least, most], .. } => array(Some(element), *least..=*most),
         Shape::Table(inner) => table(inner).into(),
         Shape::OneOf(alternatives) => one_of(alternatives).into(),
         Shape::Text(_) => json!({ "type": "string" }),
         Shape::OrWord(inner, [name, about]) => or_words(shape(inner), vec![word(name, about)]).into(),
-        Shape::Named { names, element } => json!({
+        Shape::Named { names, element, .. } => json!({
             "type": "object",
             "propertyNames": { "pattern": names.pattern() },
             "additionalProperties": shape(element),

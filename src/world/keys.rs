@@ -95,6 +95,10 @@ impl Kind for Format {
         REQUIRED.into()
     }
 
+    fn start(&self) -> String {
+        "1".into()
+    }
+
     fn read(&self, place: &Place) {
         match place.item() {
             None => place.refuse(Complaint::new("is missing", "begin the file with `format = 1`")),

@@ -203,6 +203,10 @@ impl Kind for File {
         quoted("none")
     }
 
+    fn start(&self) -> String {
+        quoted("")
+    }
+
     fn read(&self, place: &Place) -> Option<String> {
         read_path(place).filter(|path| path != "none")
     }
@@ -224,6 +228,10 @@ impl Kind for RequiredFile {
 
     fn default(&self) -> String {
         REQUIRED.into()
+    }
+
+    fn start(&self) -> String {
+        quoted("")
     }
 
     fn read(&self, place: &Place) -> Option<String> {
@@ -264,6 +272,10 @@ impl Kind for Text {
 
     fn default(&self) -> String {
         if self.default == REQUIRED { REQUIRED.into() } else { quoted(self.default) }
+    }
+
+    fn start(&self) -> String {
+        if self.default == REQUIRED { quoted("") } else { self.default() }
     }
 
     fn read(&self, place: &Place) -> String {
@@ -365,6 +377,10 @@ impl<K: Kind, const N: usize> Kind for Array<K, N> {
         format!("[{}]", self.0.iter().map(K::default).collect::<Vec<_>>().join(", "))
     }
 
+    fn start(&self) -> String {
+        format!("[{}]", self.0.iter().map(K::start).collect::<Vec<_>>().join(", "))
+    }
+
     fn read(&self, place: &Place) -> Self::Value {
         place.read((), |item| match array_len(item) {
             Some(len) if len == N => Ok(()),
@@ -394,11 +410,19 @@ impl<K: Kind> Kind for List<K> {
     type Value = Vec<K::Value>;
 
     fn shape(&self) -> Shape {
-        Shape::List { element: Box::new(self.element.shape()), len: self.len }
+        Shape::List { element: Box::new(self.element.shape()), len: self.len, start: self.element.start() }
     }
 
     fn default(&self) -> String {
         self.default.to_string()
+    }
+
+    fn start(&self) -> String {
+        let [least, _] = self.len;
+        if self.default != "[]" || least == 0 {
+            return self.default();
+        }
+        format!("[{}]", vec![self.element.start(); least].join(", "))
     }
 
     fn read(&self, place: &Place) -> Self::Value {
@@ -454,7 +478,7 @@ impl<T: Section> Kind for TableOf<T> {
 pub fn read_section<T: Section>(place: &Place) -> T {
     let presets = T::PRESETS;
     if let Some(table) = place.table() {
-        let mut names: Vec<&str> = T::keys().iter().map(|key| key.name).collect();
+        let mut names = T::names();
         if !presets.is_empty() {
             names.insert(0, "preset");
         }
@@ -500,7 +524,7 @@ impl<K: Kind> Kind for Named<K> {
     type Value = Vec<(String, K::Value)>;
 
     fn shape(&self) -> Shape {
-        Shape::Named { names: self.names, element: Box::new(self.element.shape()) }
+        Shape::Named { names: self.names, element: Box::new(self.element.shape()), start: self.element.start() }
     }
 
     fn default(&self) -> String {
@@ -559,6 +583,10 @@ impl<K: Kind> Kind for OrWord<K> {
         self.default.clone()
     }
 
+    fn start(&self) -> String {
+        self.kind.start()
+    }
+
     fn read(&self, place: &Place) -> Self::Value {
         let [own, _] = self.word;
         let Some(word) = place.word() else {
@@ -575,11 +603,19 @@ impl<K: Kind> Kind for OrWord<K> {
 pub struct Optional<K> {
     kind: K,
     absent: &'static str,
+    start: Option<&'static str>,
 }
 
 /// A value whose default depends on other keys, as `absent` says.
 pub fn optional<K: Kind>(kind: K, absent: &'static str) -> Optional<K> {
-    Optional { kind, absent }
+    Optional { kind, absent, start: None }
+}
+
+impl<K> Optional<K> {
+    /// What an editor writes first, as TOML.
+    pub fn starting(self, start: &'static str) -> Self {
+        Self { start: Some(start), ..self }
+    }
 }
 
 impl<K: Kind> Kind for Optional<K> {
@@ -591,6 +627,10 @@ impl<K: Kind> Kind for Optional<K> {
 
     fn default(&self) -> String {
         self.absent.to_string()
+    }
+
+    fn start(&self) -> String {
+        self.start.map_or_else(|| self.kind.start(), String::from)
     }
 
     fn read(&self, place: &Place) -> Self::Value {

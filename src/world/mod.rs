@@ -6,6 +6,7 @@
 //! ([`toml_edit`]): what changes it, `--set` first, edits that and keeps its comments.
 
 pub mod cache;
+mod edit;
 mod fault;
 mod json_schema;
 mod keys;
@@ -22,9 +23,10 @@ pub mod species;
 pub mod thesis;
 mod zoom;
 
+pub use edit::Edit;
 pub use json_schema::{json_schema, json_schema_of_species};
 pub use keys::{MOST_FRAMES, Renderer, Zoom};
-pub use place::KeyPath;
+pub use place::{KeyPath, array_len};
 pub use reference::{reference, reference_of_species};
 
 use crate::core::hash::{derive_seed, hexadecimal};

@@ -18,6 +18,11 @@ impl KeyPath {
         path.0.push(key.to_string());
         path
     }
+
+    /// The key itself.
+    pub fn last(&self) -> Option<&str> {
+        self.0.last().map(String::as_str)
+    }
 }
 
 impl From<&str> for KeyPath {

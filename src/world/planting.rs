@@ -168,7 +168,7 @@ fn footing() -> Choice<Footing> {
 }
 
 fn ramp(unit: Unit, range: std::ops::RangeInclusive<f64>) -> Optional<List<Number>> {
-    optional(list(number(0.0, unit, range), 2..=4, "[]"), "anywhere")
+    optional(list(number(0.0, unit, range), 2..=4, "[]"), "anywhere").starting("[0, 1]")
 }
 
 fn own_seed() -> Optional<Whole> {

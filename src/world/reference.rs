@@ -112,7 +112,7 @@ fn inner(page: &mut String, path: &str, shape: &Shape) {
 }
 
 fn row(key: &Key) -> String {
-    let Key { name, about, default, shape } = key;
+    let Key { name, about, default, shape, .. } = key;
     let default = if key.default_value().is_some() { code(&paragraph(default)) } else { default.clone() };
     let (unit, usual) = match shape.number() {
         Some((unit, usual)) => {

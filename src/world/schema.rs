@@ -1,5 +1,4 @@
-//! What may stand in a world file, as data: messages, the reference page and later the viewer's sliders are made from
-//! it. The kinds of values come from `kinds`, the declarations from `keys`.
+//! What may stand in a world file, as data: messages, the reference page and the viewer's sliders are made from it. The kinds of values come from `kinds`, the declarations from `keys`.
 
 use super::place::Place;
 use toml_edit::{Item, Value};
@@ -13,6 +12,11 @@ pub trait Kind {
 
     /// What stands for nothing written, as TOML or, where it depends on other keys, in words; or [`REQUIRED`].
     fn default(&self) -> String;
+
+    /// What an editor writes first, as TOML, where nothing is written and the default is told in words, or is a word.
+    fn start(&self) -> String {
+        self.default()
+    }
 
     /// What is written, in the program's units. Mistakes are noted at the place, and the default stands for them.
     fn read(&self, place: &Place) -> Self::Value;
@@ -45,6 +49,8 @@ pub enum Shape {
     List {
         element: Box<Shape>,
         len: [usize; 2],
+        /// What an editor writes for a new element, as TOML.
+        start: String,
     },
     Table(Table),
     /// A table with one of these keys, or one of the words.
@@ -55,6 +61,8 @@ pub enum Shape {
     Named {
         names: Names,
         element: Box<Shape>,
+        /// What an editor writes for a new element, as TOML.
+        start: String,
     },
 }
 
@@ -82,6 +90,8 @@ pub struct Key {
     pub about: &'static str,
     /// [`REQUIRED`], or what [`Kind::default`] says.
     pub default: String,
+    /// As [`Kind::start`].
+    pub start: String,
     pub shape: Shape,
 }
 
@@ -118,6 +128,11 @@ pub trait Section: Sized {
 
     fn keys() -> Vec<Key>;
 
+    /// Names of the keys.
+    fn names() -> Vec<&'static str> {
+        Self::keys().iter().map(|key| key.name).collect()
+    }
+
     /// Reads each key of the table at `place`, whose names are known to be good.
     fn read(place: &Place) -> Self;
 }
@@ -143,8 +158,13 @@ macro_rules! section {
                     let kind = $kind;
                     let about = concat!($($doc),+);
                     let name = stringify!($key).trim_start_matches("r#");
-                    Key { name, about, default: kind.default(), shape: kind.shape() }
+                    Key { name, about, default: kind.default(), start: kind.start(), shape: kind.shape() }
                 }),+]
+            }
+
+            // Without their shapes, which are as large as all tables inside this one.
+            fn names() -> Vec<&'static str> {
+                vec![$(stringify!($key).trim_start_matches("r#")),+]
             }
 
             fn read(place: &$crate::world::place::Place) -> Self {

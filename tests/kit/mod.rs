@@ -3,12 +3,15 @@
 // Each test crate uses its own part of the kit.
 #![allow(dead_code)]
 
+#[cfg(feature = "viewer")]
+pub mod desktop;
 pub mod field;
 pub mod forest;
 pub mod island;
 pub mod land;
 pub mod picture;
 pub mod program;
+pub mod scenery;
 pub mod stage;
 pub mod tiff;
 pub mod zoom;

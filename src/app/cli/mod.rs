@@ -123,6 +123,13 @@ impl Cli {
     }
 }
 
+/// The options of `terrane export`, of which the viewer makes a form.
+#[cfg(feature = "viewer")]
+pub fn export_command() -> clap::Command {
+    use clap::Args;
+    export::Arguments::augment_args(clap::Command::new("export"))
+}
+
 fn after_help() -> String {
     let codes: Vec<String> =
         EXIT_CODES.iter().map(|(code, meaning)| format!("  {code:<3}  {meaning}")).collect();

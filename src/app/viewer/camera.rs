@@ -22,7 +22,7 @@ impl Steering {
 }
 
 /// Where the eye is, and where it looks.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Rig {
     /// Metres.
     pub eye: Vec3,
@@ -49,6 +49,11 @@ impl Rig {
             elevation: forward.y.clamp(-1.0, 1.0).asin(),
             roll: 0.0,
         }
+    }
+
+    /// From a point towards another.
+    pub fn looking(eye: Vec3, target: Vec3) -> Rig {
+        Rig::of(&Pinhole::look_at(eye, target, 1.0, 1.0))
     }
 
     pub fn forward(&self) -> Vec3 {

@@ -1,14 +1,25 @@
 //! What lies before the user: the picture of the world, and the panels round it.
 
 use super::camera::Steering;
-use super::engine::{Command, Course, Engine, Frame, News, Pose, Process, Status, WorldStatus};
+use super::document::{Document, OnDisk};
+use super::engine::{Command, Course, Engine, Frame, News, Pose, Section, Status, WorldStatus};
+use super::export::Export;
+use super::keys::{self, Action, Motion};
+use super::panels::files::{self, Chooser, Chosen, Notice, Purpose, Recent, Recovery, Unsaved};
+use super::panels::parameters::Wishes;
+use super::panels::{export as form, help, land, parameters, timings, welcome, zoom};
+use super::recovery::{self, Keeper, Pending};
+use super::state::{self, Bookmark, State};
 use super::window::WORLD;
+use super::{shipped, theme};
 use crate::app::Error;
 use crate::gpu::{Image, Pacing, Timing, format::Rgba8};
-use crate::world::World;
-use egui::{Align2, Color32, Context, Key, Panel, PointerButton, Rect, RichText, Sense, Ui, Vec2, vec2};
-use std::path::PathBuf;
+use crate::world::{KeyPath, Overrides, World};
+use egui::{Align2, Color32, Context, MenuBar, Panel, PointerButton, Rect, RichText, Sense, Ui, Vec2, vec2};
+use notify::Watcher;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// What only the window can do.
@@ -26,22 +37,69 @@ pub enum Wish {
     Close,
 }
 
+/// What is waited for until the user has said what becomes of changes.
+#[derive(Clone, Debug)]
+enum Next {
+    Close,
+    New,
+    Open(PathBuf),
+}
+
+/// What menus have and keys have not.
+enum Other {
+    New,
+    OpenFolder,
+    Pace(Pacing),
+    /// Places that were remembered.
+    GoTo(String),
+    Forget(String),
+}
+
 pub struct Desk {
     engine: Engine,
-    world: Option<Arc<World>>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+    document: Option<Document>,
+    /// What the engine was told last.
+    shown: Option<Arc<World>>,
     frame: Option<Frame>,
     status: Status,
     wishes: Vec<Wish>,
+
+    folder: Option<PathBuf>,
+    state: State,
+    keeper: Option<Keeper>,
+    pending: Vec<Pending>,
+    chooser: Chooser,
+    form: Option<form::Form>,
+    export: Option<Export>,
+    watcher: Option<notify::RecommendedWatcher>,
+    touched: Arc<AtomicBool>,
+    on_disk: OnDisk,
+    next: Option<Next>,
+
+    welcome: welcome::Welcome,
+    timings: timings::Timings,
+    look: land::Look,
+    brush: land::Brush,
+    section: Option<Section>,
+    /// Whether the section is seen.
+    cutting: bool,
+    /// Where the mouse was in the picture when it was last asked about.
+    pointed: Option<[f32; 2]>,
+    code: zoom::Code,
+    filter: String,
+    panels: bool,
+    help: bool,
+
     /// Of the picture in the window, pixels.
     size: [u32; 2],
     steering: Steering,
     /// log₂ of how much faster than usual it goes.
     speed: f32,
-    panels: bool,
     looking: bool,
+    pacing: Pacing,
     over: bool,
     messages: Vec<(Instant, String, bool)>,
-    /// When the engine last said anything.
     heard: Instant,
 }
 
@@ -55,34 +113,123 @@ const LOOK: f32 = 0.004;
 const QUIET: Duration = Duration::from_millis(100);
 
 impl Desk {
-    pub fn new(context: &Context, engine: Engine, world: Option<Arc<World>>) -> Desk {
-        context.set_theme(egui::Theme::Dark);
+    pub fn new(
+        context: &Context,
+        engine: Engine,
+        wake: Arc<dyn Fn() + Send + Sync>,
+        document: Option<Document>,
+        (folder, state, warning): (Option<PathBuf>, State, Option<String>),
+    ) -> Desk {
+        theme::apply(context);
         let mut desk = Desk {
             engine,
-            world: None,
+            wake,
+            document: None,
+            shown: None,
             frame: None,
             status: Status::default(),
             wishes: Vec::new(),
+            keeper: folder.as_deref().map(Keeper::new),
+            pending: folder.as_deref().map(recovery::pending).unwrap_or_default(),
+            folder,
+            state,
+            chooser: Chooser::default(),
+            form: None,
+            export: None,
+            watcher: None,
+            touched: Arc::default(),
+            on_disk: OnDisk::Same,
+            next: None,
+            welcome: Default::default(),
+            timings: Default::default(),
+            look: Default::default(),
+            brush: Default::default(),
+            section: None,
+            cutting: false,
+            pointed: None,
+            code: Default::default(),
+            filter: String::new(),
+            panels: true,
+            help: false,
             size: [0, 0],
             steering: Steering::default(),
             speed: 0.0,
-            panels: true,
             looking: false,
+            pacing: Pacing::default(),
             over: false,
             messages: Vec::new(),
             heard: Instant::now(),
         };
-        if let Some(world) = world {
-            desk.open(world);
+        if let Some(warning) = warning {
+            desk.say(warning, true);
+        }
+        if let Some(document) = document {
+            desk.take(document);
         }
         desk
     }
 
-    fn open(&mut self, world: Arc<World>) {
+    fn say(&mut self, sentence: String, bad: bool) {
+        self.messages.push((Instant::now(), sentence, bad));
+    }
+
+    /// Shows a world.
+    fn take(&mut self, document: Document) {
+        let world = document.world().clone();
         self.wishes.push(Wish::Title(format!("{} – terrane", world.name)));
+        self.state.opened(document.source());
         self.engine.send(Command::Open(world.clone()));
-        self.world = Some(world);
-        self.frame = None;
+        (self.frame, self.status, self.look, self.on_disk) = Default::default();
+        self.timings.clear();
+        self.shown = Some(world);
+        self.watch(&document);
+        self.document = Some(document);
+    }
+
+    /// Looks whether somebody else writes to the file.
+    fn watch(&mut self, document: &Document) {
+        self.watcher = None;
+        let Some(path) = document.path() else { return };
+        let (touched, wake) = (self.touched.clone(), self.wake.clone());
+        let name = path.file_name().map(ToOwned::to_owned);
+        let told = move |event: notify::Result<notify::Event>| {
+            let ours = |path: &PathBuf| path.file_name().map(ToOwned::to_owned) == name;
+            if event.is_ok_and(|event| !event.kind.is_access() && event.paths.iter().any(ours)) {
+                touched.store(true, Ordering::Relaxed);
+                wake();
+            }
+        };
+        // Where files can't be watched, they are read again when asked for.
+        let Ok(mut watcher) = notify::recommended_watcher(told) else { return };
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if watcher.watch(folder, notify::RecursiveMode::NonRecursive).is_ok() {
+            self.watcher = Some(watcher);
+        }
+    }
+
+    fn open(&mut self, path: &Path) {
+        match Document::open(path, &Overrides::default()) {
+            Ok(document) => self.take(document),
+            Err(error) => self.say(error.to_string(), true),
+        }
+    }
+
+    /// Does what comes next, or asks first what becomes of changes.
+    fn ask_for(&mut self, next: Next) {
+        self.next = Some(next);
+        self.go_on();
+    }
+
+    fn do_next(&mut self) {
+        match self.next.take() {
+            Some(Next::Close) => self.over = true,
+            Some(Next::New) => match Document::untitled("untitled", "format = 1\n", Path::new("")) {
+                Ok(document) => self.take(document),
+                Err(error) => self.say(error.to_string(), true),
+            },
+            Some(Next::Open(path)) => self.open(&path),
+            None => {}
+        }
     }
 
     /// Takes in what the engine has to say.
@@ -94,15 +241,55 @@ impl Desk {
             self.heard = Instant::now();
             match news {
                 News::Frame(frame) => self.frame = Some(frame),
-                News::Status(status) => self.status = *status,
-                News::Said(sentence) => self.messages.push((Instant::now(), sentence, false)),
-                News::Failed(sentence) => self.messages.push((Instant::now(), sentence, true)),
+                News::Status(status) => {
+                    self.timings.note(&status);
+                    self.status = *status;
+                }
+                News::Section(section) => self.section = section.or(self.section.take()),
+                News::Said(sentence) => self.say(sentence, false),
+                News::Failed(sentence) => self.say(sentence, true),
                 News::Ended(error) => return Err(error),
+            }
+        }
+        if self.touched.swap(false, Ordering::Relaxed) {
+            self.look_at_file();
+        }
+        if let Some(ended) = self.export.as_mut().and_then(Export::ended) {
+            self.export = None;
+            match ended {
+                Ok(said) => {
+                    self.form = None;
+                    self.say(format!("exported; {said}"), false);
+                }
+                Err(said) => self.say(said, true),
             }
         }
         match self.engine.is_dead() {
             true => Err(Error::Window("the engine has ended; what it said is above".into())),
             false => Ok(()),
+        }
+    }
+
+    /// Somebody has written to the world's file.
+    fn look_at_file(&mut self) {
+        let Some(document) = &mut self.document else { return };
+        self.on_disk = document.on_disk();
+        if matches!(self.on_disk, OnDisk::Changed) && !document.is_dirty() {
+            self.reload();
+        }
+    }
+
+    fn reload(&mut self) {
+        let Some(document) = &mut self.document else { return };
+        match document.reload() {
+            Ok(new) => {
+                self.on_disk = document.on_disk();
+                if new {
+                    self.say("read the file again".into(), false);
+                }
+            }
+            // It is shown beside the document.
+            Err(_) => self.on_disk = OnDisk::Same,
         }
     }
 
@@ -112,17 +299,19 @@ impl Desk {
 
     /// Whether the world has nothing left to do.
     pub fn is_quiet(&self) -> bool {
-        self.engine.is_idle() && self.heard.elapsed() > QUIET
+        self.engine.is_idle() && self.heard.elapsed() > QUIET && self.export.is_none()
     }
 
     pub fn wishes(&mut self) -> Vec<Wish> {
         std::mem::take(&mut self.wishes)
     }
 
+    /// Closes, or asks first what becomes of changes.
     pub fn ask_to_close(&mut self) {
-        self.close();
+        self.ask_for(Next::Close);
     }
 
+    /// What changes there are, is kept for the next start.
     pub fn close(&mut self) {
         self.over = true;
     }
@@ -131,47 +320,82 @@ impl Desk {
         self.over
     }
 
-    /// Keeps what has not been saved.
-    pub fn keep(&mut self) {}
+    /// Keeps what has not been saved, and what is remembered; `window` is where that stands.
+    pub fn keep(&mut self, window: Option<state::Window>) {
+        if let (Some(keeper), Some(document)) = (&mut self.keeper, &self.document) {
+            // Nobody is left to be told.
+            let _ = keeper.keep(document);
+        }
+        self.state.window = window.or(self.state.window);
+        if let Some(folder) = &self.folder {
+            let _ = self.state.save(folder);
+        }
+    }
 
     /// The panels and the picture of one frame.
     pub fn show(&mut self, ui: &mut Ui, timings: &[Timing]) {
+        self.timings.note_window(timings);
         self.shortcuts(ui);
+        self.dropped(ui);
         if self.panels {
+            Panel::top("menu").show(ui, |ui| self.menu(ui));
+        }
+        self.notices(ui);
+        if self.panels && self.document.is_some() {
+            let most = (ui.available_width() * 0.45).max(120.0);
             Panel::bottom("status").show(ui, |ui| self.status_bar(ui));
-            Panel::left("world").default_size(280.0).show(ui, |ui| {
-                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.controls(ui));
-            });
-            Panel::right("timings").default_size(220.0).show(ui, |ui| self.timings(ui, timings));
+            Panel::left("world").default_size(310.0_f32.min(most)).max_size(most).show(ui, |ui| self.controls(ui));
+            if ui.available_width() > 560.0 {
+                Panel::right("timings").default_size(230.0).max_size(most).show(ui, |ui| {
+                    ui.add_space(4.0);
+                    self.timings.show(ui, &self.status);
+                });
+            }
         }
         let rect = ui.available_rect_before_wrap();
-        self.view(ui, rect);
+        if self.document.is_some() {
+            self.view(ui, rect);
+        } else if let Some(choice) = self.welcome.show(ui, &self.state) {
+            self.choose(choice);
+        }
+        self.windows(ui.ctx());
         self.told(ui.ctx(), rect);
+        self.follow(ui);
+    }
+
+    /// Tells the engine what the document has become, and keeps what is not saved.
+    fn follow(&mut self, ui: &Ui) {
+        let Some(document) = &mut self.document else { return };
+        if !ui.input(|input| input.pointer.any_down()) {
+            document.settle();
+        }
+        let world = document.world().clone();
+        if !self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, &world)) {
+            self.engine.send(Command::Edit(world.clone()));
+            self.shown = Some(world);
+        }
+        let Some(keeper) = &mut self.keeper else { return };
+        match keeper.watch(document, Instant::now()) {
+            Ok(Some(later)) => ui.ctx().request_repaint_after(later),
+            Ok(None) => {}
+            Err(error) => {
+                // Once is enough.
+                self.keeper = None;
+                self.say(format!("changes are not kept: {error}"), true);
+            }
+        }
     }
 
     fn shortcuts(&mut self, ui: &Ui) {
-        let typing = ui.ctx().egui_wants_keyboard_input();
-        ui.input(|input| {
-            if input.key_pressed(Key::F1) {
-                self.panels = !self.panels;
-            }
-            if input.key_pressed(Key::F11) {
-                self.wishes.push(Wish::FullScreen);
-            }
-            if typing {
-                return;
-            }
-            if input.key_pressed(Key::F) || self.looking && input.key_pressed(Key::Escape) {
-                self.looking = !self.looking;
-                self.wishes.push(Wish::Grab(self.looking));
-            }
-            if input.key_pressed(Key::Home) {
-                self.engine.send(Command::FrameAll);
-            }
-            if input.key_pressed(Key::P) {
-                self.engine.send(Command::Trace(true));
-            }
-        });
+        let modal = self.chooser.is_open() || self.next.is_some() || !self.pending.is_empty();
+        let typing = ui.ctx().egui_wants_keyboard_input() || modal;
+        let actions: Vec<Action> = ui.input(|input| keys::of(input, typing).collect());
+        if !modal {
+            actions.into_iter().for_each(|action| self.act(ui.ctx(), action));
+        }
+        if self.looking && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
+            self.look_round(false);
+        }
         let steering = if typing { Steering::default() } else { self.steer(ui) };
         if steering != self.steering {
             self.steering = steering;
@@ -179,21 +403,585 @@ impl Desk {
         }
     }
 
+    fn act(&mut self, context: &Context, action: Action) {
+        let is_zoom = matches!(self.status.world, WorldStatus::Zoom { .. });
+        match action {
+            Action::TogglePanels => self.panels = !self.panels,
+            Action::Help => self.help = !self.help,
+            Action::FullScreen => self.wishes.push(Wish::FullScreen),
+            Action::Quit => self.ask_to_close(),
+            Action::Open => self.ask(Purpose::Open, ""),
+            Action::Save => self.save(),
+            Action::SaveAs => self.ask_where_to_save(),
+            Action::Reload => self.reload(),
+            Action::Export => self.open_form(),
+            Action::Undo | Action::Redo => {
+                let Some(document) = &mut self.document else { return };
+                let what = if action == Action::Undo { Document::undo } else { Document::redo };
+                what(document);
+            }
+            Action::MouseLook => self.look_round(!self.looking),
+            Action::FrameAll => self.engine.send(Command::FrameAll),
+            Action::Screenshot => self.ask_for_picture(),
+            Action::Bookmark(number) => self.go_back(&number.to_string()),
+            Action::SetBookmark(number) => self.remember(number.to_string()),
+            Action::CopyCommand => {
+                if let Some(line) = self.command_line() {
+                    context.copy_text(line);
+                    self.say("copied the command line of this view".into(), false);
+                }
+            }
+            Action::PlayPause => {
+                if let WorldStatus::Land { playing, .. } = &self.status.world {
+                    self.engine.send(Command::Play(!playing));
+                }
+            }
+            Action::Step => self.engine.send(Command::Step),
+            Action::Restart => self.engine.send(Command::Restart),
+            Action::Trace => {
+                if let WorldStatus::Land { tracing, .. } = &self.status.world {
+                    self.engine.send(Command::Trace(!tracing));
+                }
+            }
+            Action::Autopilot | Action::WayBack if is_zoom => {
+                let wanted = if action == Action::Autopilot { Course::In } else { Course::Out };
+                let WorldStatus::Zoom { course, .. } = &self.status.world else { return };
+                let course = if *course == wanted { Course::Hand } else { wanted };
+                self.engine.send(Command::Course(course));
+            }
+            Action::CopyLocation => {
+                if let WorldStatus::Zoom { code, .. } = &self.status.world {
+                    context.copy_text(code.clone());
+                    self.say("copied the code of this place".into(), false);
+                }
+            }
+            Action::OtherCamera | Action::Autopilot | Action::WayBack => {}
+        }
+    }
+
+    fn look_round(&mut self, on: bool) {
+        self.looking = on;
+        self.wishes.push(Wish::Grab(on));
+    }
+
     fn steer(&self, ui: &Ui) -> Steering {
         ui.input(|input| {
-            // Shortcuts are no flights.
-            let held = |key| f32::from(u8::from(input.key_down(key) && !input.modifiers.command));
-            let axis = |less, more| held(more) - held(less);
+            let axis = |back, forth| keys::axis(input, back, forth);
+            let fast = if keys::held(input, Motion::Fast) { 4.0 } else { 1.0 };
             Steering {
-                go: glam::vec3(axis(Key::A, Key::D), axis(Key::C, Key::Space), axis(Key::S, Key::W)),
-                turn: glam::vec3(
-                    axis(Key::ArrowLeft, Key::ArrowRight),
-                    axis(Key::ArrowDown, Key::ArrowUp),
-                    axis(Key::Q, Key::E),
+                go: glam::vec3(
+                    axis(Motion::Left, Motion::Right),
+                    axis(Motion::Down, Motion::Up),
+                    axis(Motion::Back, Motion::Forward),
                 ),
-                speed: self.speed.exp2(),
+                turn: glam::vec3(
+                    axis(Motion::TurnLeft, Motion::TurnRight),
+                    axis(Motion::TurnDown, Motion::TurnUp),
+                    axis(Motion::RollLeft, Motion::RollRight),
+                ),
+                speed: self.speed.exp2() * fast,
             }
         })
+    }
+
+    /// Worlds that are dropped on the window.
+    fn dropped(&mut self, ui: &Ui) {
+        let path = ui.input(|input| input.raw.dropped_files.first().and_then(|file| Some(file.path().to_path_buf())));
+        if let Some(path) = path {
+            self.ask_for(Next::Open(path));
+        }
+    }
+
+    // Files -----------------------------------------------------------------------------------------------------------
+
+    fn ask(&mut self, purpose: Purpose, name: &str) {
+        let folder = self.document.as_ref().and_then(|document| document.source().parent()).map(Path::to_path_buf);
+        self.chooser.ask(purpose, &folder.unwrap_or_default(), name);
+    }
+
+    fn name(&self, ending: &str) -> String {
+        let name = self.document.as_ref().map_or("world", |document| document.world().name.as_str());
+        format!("{name}.{ending}")
+    }
+
+    fn ask_where_to_save(&mut self) {
+        self.ask(Purpose::SaveAs, &self.name("toml"));
+    }
+
+    fn ask_for_picture(&mut self) {
+        self.ask(Purpose::Picture, &self.name("png"));
+    }
+
+    fn save(&mut self) {
+        let Some(document) = &mut self.document else { return };
+        if document.path().is_none() {
+            return self.ask_where_to_save();
+        }
+        match document.save() {
+            Ok(()) => {
+                self.on_disk = OnDisk::Same;
+                self.say("saved".into(), false);
+            }
+            Err(error) => {
+                self.on_disk = document.on_disk();
+                self.say(error.to_string(), true);
+            }
+        }
+    }
+
+    fn save_as(&mut self, path: &Path) {
+        let Some(document) = &mut self.document else { return };
+        match document.save_as(path) {
+            Ok(()) => {
+                self.on_disk = OnDisk::Same;
+                self.state.opened(path);
+                self.wishes.push(Wish::Title(format!("{} – terrane", document.world().name)));
+                if let Some(document) = self.document.take() {
+                    self.watch(&document);
+                    self.document = Some(document);
+                }
+                self.say(format!("saved as {}", path.display()), false);
+            }
+            Err(error) => self.say(error.to_string(), true),
+        }
+    }
+
+    fn chosen(&mut self, Chosen { purpose, path }: Chosen) {
+        match purpose {
+            Purpose::Open | Purpose::OpenFolder => self.ask_for(Next::Open(path)),
+            Purpose::SaveAs => {
+                self.save_as(&path);
+                self.go_on();
+            }
+            Purpose::ExportFolder => {
+                if let Some(form) = &mut self.form {
+                    form.set_out(&path.join(""));
+                }
+            }
+            Purpose::ExportFile => {
+                if let Some(form) = &mut self.form {
+                    form.set_out(&path);
+                }
+            }
+            Purpose::Picture => self.engine.send(Command::Picture(path)),
+            Purpose::Key(key) => {
+                if let Some(document) = &mut self.document {
+                    let name = files::name_in_world(document, &path);
+                    document.set(&key, name.into());
+                }
+            }
+        }
+    }
+
+    /// Does what waited for changes to be saved.
+    fn go_on(&mut self) {
+        if !self.document.as_ref().is_some_and(Document::is_dirty) {
+            self.do_next();
+        }
+    }
+
+    fn open_form(&mut self) {
+        let Some(document) = &self.document else { return };
+        let out = document.source().with_extension("").join("");
+        self.form = Some(form::Form::new(crate::app::cli::export_command(), &out));
+    }
+
+    fn choose(&mut self, choice: welcome::Choice) {
+        match choice {
+            welcome::Choice::Shipped(world) => {
+                let folder = self.folder.clone().unwrap_or_else(std::env::temp_dir);
+                match shipped::unpack(world, &folder) {
+                    Ok(path) => self.open(&path),
+                    Err(error) => self.say(error.to_string(), true),
+                }
+            }
+            welcome::Choice::Recent(Recent::Open(path)) => self.open(&path),
+            welcome::Choice::Recent(Recent::Forget(path)) => self.state.forget(&path),
+            welcome::Choice::Open => self.ask(Purpose::Open, ""),
+        }
+    }
+
+    // Places ----------------------------------------------------------------------------------------------------------
+
+    /// Where the eye is.
+    fn pose(&self) -> Option<Pose> {
+        match &self.status.world {
+            WorldStatus::None => None,
+            WorldStatus::Land { rig, .. } => Some(Pose::Land(*rig)),
+            WorldStatus::Zoom { code, .. } => Some(Pose::Zoom(code.clone())),
+        }
+    }
+
+    fn bookmark_view(&self) -> Option<state::View> {
+        Some(match self.pose()? {
+            Pose::Land(rig) => state::View::Land {
+                position: rig.eye.to_array(),
+                target: (rig.eye + rig.forward() * 100.0).to_array(),
+                fov: self.document.as_ref()?.world().fov,
+            },
+            Pose::Zoom(code) => state::View::Zoom { code },
+        })
+    }
+
+    fn remember(&mut self, name: String) {
+        let (Some(view), Some(document)) = (self.bookmark_view(), &self.document) else { return };
+        let source = document.source().to_path_buf();
+        self.state.bookmark(&source, Bookmark { name: name.clone(), view });
+        self.say(format!("remembered this place as {name}"), false);
+    }
+
+    fn go_back(&mut self, name: &str) {
+        let Some(document) = &self.document else { return };
+        let bookmark = self.state.bookmarks(document.source()).iter().find(|bookmark| bookmark.name == name);
+        let pose = match bookmark.map(|bookmark| &bookmark.view) {
+            Some(state::View::Land { position, target, .. }) => {
+                let eye = glam::Vec3::from(*position);
+                Pose::Land(super::camera::Rig::looking(eye, glam::Vec3::from(*target)))
+            }
+            Some(state::View::Zoom { code }) => Pose::Zoom(code.clone()),
+            None => return,
+        };
+        self.engine.send(Command::GoTo(pose));
+    }
+
+    /// The camera's keys for where the eye is.
+    fn camera_keys(&self) -> Option<(KeyPath, toml_edit::Value)> {
+        let Pose::Land(rig) = self.pose()? else { return None };
+        let rounded = |of: glam::Vec3| -> toml_edit::Array {
+            of.to_array().iter().map(|part| (f64::from(*part) * 100.0).round() / 100.0).collect()
+        };
+        let mut look = toml_edit::InlineTable::new();
+        look.insert("position", rounded(rig.eye).into());
+        look.insert("target", rounded(rig.eye + rig.forward() * 100.0).into());
+        let mut view = toml_edit::InlineTable::new();
+        view.insert("look_at", look.into());
+        Some((KeyPath::from("camera.view"), view.into()))
+    }
+
+    /// The command line that renders what is seen.
+    fn command_line(&self) -> Option<String> {
+        let document = self.document.as_ref()?;
+        let world = document.source().display();
+        let name = self.name("png");
+        let [width, height] = self.size;
+        Some(match self.pose()? {
+            Pose::Zoom(code) => format!("terrane render '{world}' --from {code} --size {width}x{height} -o {name}"),
+            Pose::Land(_) => {
+                let (path, value) = self.camera_keys()?;
+                let value = value.to_string();
+                format!("terrane render '{world}' --set '{path}={}' --size {width}x{height} -o {name}", value.trim())
+            }
+        })
+    }
+
+    fn write_view(&mut self) {
+        let Some((path, value)) = self.camera_keys() else { return };
+        if let Some(document) = &mut self.document {
+            document.settle();
+            document.set(&path, value);
+        }
+    }
+
+    // Panels ----------------------------------------------------------------------------------------------------------
+
+    fn menu(&mut self, ui: &mut Ui) {
+        let (mut action, mut other) = (None, None);
+        let context = ui.ctx().clone();
+        let open = self.document.is_some();
+        MenuBar::new().ui(ui, |ui| {
+            let mut item = |ui: &mut Ui, enabled: bool, name: &str, of: Action| {
+                let button = egui::Button::new(name).shortcut_text(keys::shortcut(of).unwrap_or_default());
+                if ui.add_enabled(enabled, button).clicked() {
+                    action = Some(of);
+                    ui.close();
+                }
+            };
+            ui.menu_button("File", |ui| {
+                if ui.button("New").clicked() {
+                    other = Some(Other::New);
+                }
+                item(ui, true, "Open …", Action::Open);
+                if ui.button("Open a folder of settings …").clicked() {
+                    other = Some(Other::OpenFolder);
+                }
+                ui.separator();
+                item(ui, open, "Save", Action::Save);
+                item(ui, open, "Save as …", Action::SaveAs);
+                item(ui, open, "Read again", Action::Reload);
+                ui.separator();
+                item(ui, open, "Export …", Action::Export);
+                item(ui, open, "Save picture …", Action::Screenshot);
+                ui.separator();
+                item(ui, true, "Leave", Action::Quit);
+            });
+            let (undo, redo) = match &self.document {
+                Some(document) => (document.undo_name().map(String::from), document.redo_name().map(String::from)),
+                None => (None, None),
+            };
+            ui.menu_button("Edit", |ui| {
+                let name = |verb: &str, what: &Option<String>| match what {
+                    Some(what) => format!("{verb} {what}"),
+                    None => verb.into(),
+                };
+                item(ui, undo.is_some(), &name("Undo", &undo), Action::Undo);
+                item(ui, redo.is_some(), &name("Redo", &redo), Action::Redo);
+            });
+            ui.menu_button("View", |ui| {
+                item(ui, open, "All of the land", Action::FrameAll);
+                item(ui, open, "Look round with the mouse", Action::MouseLook);
+                item(ui, open, "Trace paths", Action::Trace);
+                ui.separator();
+                item(ui, open, "Copy the command line of this view", Action::CopyCommand);
+                item(ui, open, "Remember this place as 1", Action::SetBookmark(1));
+                ui.menu_button("Places", |ui| other = other.take().or(self.places(ui)));
+                ui.separator();
+                item(ui, true, "Panels", Action::TogglePanels);
+                item(ui, true, "Full screen", Action::FullScreen);
+                ui.menu_button("Frames", |ui| {
+                    for (pacing, name) in [
+                        (Pacing::Fifo, "with the display"),
+                        (Pacing::Mailbox, "with the display, the newest"),
+                        (Pacing::Immediate, "at once"),
+                    ] {
+                        if ui.radio(self.pacing == pacing, name).clicked() {
+                            other = Some(Other::Pace(pacing));
+                        }
+                    }
+                });
+            });
+            item(ui, true, "Help", Action::Help);
+        });
+        if let Some(action) = action {
+            self.act(&context, action);
+        }
+        match other {
+            Some(Other::New) => self.ask_for(Next::New),
+            Some(Other::OpenFolder) => self.ask(Purpose::OpenFolder, ""),
+            Some(Other::GoTo(name)) => self.go_back(&name),
+            Some(Other::Forget(name)) => {
+                if let Some(document) = &self.document {
+                    self.state.remove_bookmark(document.source(), &name);
+                }
+            }
+            Some(Other::Pace(pacing)) => {
+                self.pacing = pacing;
+                self.wishes.push(Wish::Pace(pacing));
+            }
+            None => {}
+        }
+    }
+
+    /// Places to go back to.
+    fn places(&self, ui: &mut Ui) -> Option<Other> {
+        let mut clicked = None;
+        let bookmarks = self.document.as_ref().map_or(&[][..], |document| self.state.bookmarks(document.source()));
+        if bookmarks.is_empty() {
+            ui.weak("none yet");
+        }
+        for Bookmark { name, .. } in bookmarks {
+            ui.horizontal(|ui| {
+                if ui.button(name).clicked() {
+                    clicked = Some(Other::GoTo(name.clone()));
+                    ui.close();
+                }
+                if ui.add(egui::Button::new("✖").frame(false)).on_hover_text("Forget it").clicked() {
+                    clicked = Some(Other::Forget(name.clone()));
+                }
+            });
+        }
+        clicked
+    }
+
+    fn notices(&mut self, ui: &mut Ui) {
+        let Some(document) = &self.document else { return };
+        if document.refused().is_none() && matches!(self.on_disk, OnDisk::Same) {
+            return;
+        }
+        let notice = Panel::top("notice").show(ui, |ui| files::notice(ui, document, self.on_disk)).inner;
+        match notice {
+            Some(Notice::Reload) => self.reload(),
+            Some(Notice::Overwrite) => {
+                let result = self.document.as_mut().map(Document::overwrite);
+                match result {
+                    Some(Err(error)) => self.say(error.to_string(), true),
+                    _ => self.on_disk = OnDisk::Same,
+                }
+            }
+            Some(Notice::SaveAs) => self.ask_where_to_save(),
+            Some(Notice::Dismiss) => {
+                if let Some(document) = &mut self.document {
+                    document.forget_refusal();
+                }
+            }
+            None => {}
+        }
+    }
+
+    fn status_bar(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            match (&self.status.work, &self.status.world) {
+                (Some((what, ..)), _) => drop(ui.label(format!("{what} …"))),
+                (None, WorldStatus::None) => drop(ui.label("opening …")),
+                (None, WorldStatus::Land { rig, .. }) => {
+                    let [east, up, south] = rig.eye.to_array();
+                    ui.label(format!("{east:.0} m east  {south:.0} m south  {up:.0} m up"));
+                }
+                (None, WorldStatus::Zoom { depth, .. }) => drop(ui.label(format!("depth {depth:.1}"))),
+            }
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let dirty = self.document.as_ref().is_some_and(Document::is_dirty);
+                ui.label(format!("speed ×{:.2}", self.speed.exp2()));
+                if let Some(scale) = self.frame.as_ref().map(|frame| frame.scale).filter(|scale| *scale < 1.0) {
+                    ui.weak(format!("picture {:.0} %", 100.0 * scale));
+                }
+                if dirty {
+                    ui.colored_label(theme::WARNING, "not saved");
+                }
+            });
+        });
+    }
+
+    fn controls(&mut self, ui: &mut Ui) {
+        let Some(document) = &self.document else { return };
+        let world = document.world().clone();
+        ui.add_space(4.0);
+        let mut save = false;
+        let mut commands = Vec::new();
+        match &self.status.world {
+            WorldStatus::None => {}
+            WorldStatus::Land { .. } => {
+                folded(ui, "Simulation", true, |ui| commands.extend(land::simulation(ui, &world, &self.status)));
+                folded(ui, "Layers", false, |ui| {
+                    commands.extend(land::layers(ui, &world, &self.status, &mut self.look));
+                });
+                folded(ui, "Brush", false, |ui| {
+                    commands.extend(land::brush(ui, &world, &self.status, &mut self.brush));
+                });
+                let header = folded(ui, "Section", false, |ui| land::section(ui, self.section.as_ref()));
+                self.cutting = header;
+                folded(ui, "Path tracing", false, |ui| {
+                    commands.extend(land::tracing(ui, &self.status, || save = true));
+                });
+            }
+            WorldStatus::Zoom { .. } => {
+                folded(ui, "Flight", true, |ui| commands.extend(zoom::show(ui, &self.status, &mut self.code)));
+            }
+        }
+        commands.into_iter().for_each(|command| self.engine.send(command));
+        let mut write_view = false;
+        if matches!(self.status.world, WorldStatus::Land { .. }) {
+            ui.horizontal(|ui| {
+                write_view = ui.button("Put this view into the world").clicked();
+            });
+        }
+        ui.separator();
+        ui.horizontal(|ui| {
+            ui.strong("World");
+            let width = ui.available_width();
+            ui.add(egui::TextEdit::singleline(&mut self.filter).hint_text("find a key").desired_width(width));
+        });
+        let Wishes { edits, browse } = parameters::show(ui, document, &self.filter);
+        if let Some(document) = &mut self.document {
+            for edit in &edits {
+                document.edit(edit);
+            }
+        }
+        if let Some(key) = browse {
+            self.ask(Purpose::Key(key), "");
+        }
+        if write_view {
+            self.write_view();
+        }
+        if save {
+            self.ask_for_picture();
+        }
+    }
+
+    /// Dialogs, and the help page.
+    fn windows(&mut self, context: &Context) {
+        if let Some(chosen) = self.chooser.show(context) {
+            self.chosen(chosen);
+        }
+        let mut help = self.help;
+        let most = context.content_rect().size() - vec2(40.0, 60.0);
+        egui::Window::new("Help")
+            .open(&mut help)
+            .default_size(vec2(560.0, 520.0).min(most))
+            .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
+            .show(context, help::show);
+        self.help = help;
+        self.show_form(context);
+        match files::recovery(context, &self.pending) {
+            Some(Recovery::Open(index)) if index < self.pending.len() => {
+                let pending = self.pending.remove(index);
+                match pending.open() {
+                    Ok(document) => {
+                        self.take(document);
+                        if let (Some(keeper), Some(document)) = (&mut self.keeper, &self.document)
+                            && keeper.keep(document).is_ok()
+                        {
+                            pending.discard();
+                        }
+                    }
+                    Err(error) => self.say(error.to_string(), true),
+                }
+                self.pending.clear();
+            }
+            Some(Recovery::Discard(index)) if index < self.pending.len() => self.pending.remove(index).discard(),
+            Some(Recovery::Later) => self.pending.clear(),
+            _ => {}
+        }
+        if let (Some(_), Some(document), false) = (&self.next, &self.document, self.chooser.is_open()) {
+            match files::unsaved(context, document) {
+                Some(Unsaved::Save) => {
+                    self.save();
+                    self.go_on();
+                }
+                Some(Unsaved::Discard) => {
+                    if let Some(keeper) = &mut self.keeper {
+                        keeper.forget();
+                    }
+                    // Or it would be kept for the next start.
+                    self.document = None;
+                    self.do_next();
+                }
+                Some(Unsaved::Cancel) => self.next = None,
+                None => {}
+            }
+        }
+    }
+
+    fn show_form(&mut self, context: &Context) {
+        let Some(form) = &mut self.form else { return };
+        let is_zoom = self.document.as_ref().is_some_and(|document| document.world().zoom.is_some());
+        let said = self.export.as_ref().map(Export::progress);
+        if said.is_some() {
+            context.request_repaint_after(Duration::from_millis(200));
+        }
+        let most = context.content_rect().size() - vec2(40.0, 60.0);
+        let outcome = egui::Window::new("Export")
+            .title_bar(false)
+            .fixed_size(vec2(460.0, 520.0).min(most))
+            .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
+            .show(context, |ui| form.show(ui, is_zoom, said.as_deref().map(|said| (0.0, said))))
+            .and_then(|shown| shown.inner.flatten());
+        match outcome {
+            Some(form::Outcome::Export(arguments)) => {
+                let Some(document) = &self.document else { return };
+                match Export::begin(document, &arguments) {
+                    Ok(export) => self.export = Some(export),
+                    Err(error) => self.say(error.to_string(), true),
+                }
+            }
+            Some(form::Outcome::ChooseFolder) => self.ask(Purpose::ExportFolder, ""),
+            Some(form::Outcome::ChooseFile) => self.ask(Purpose::ExportFile, &self.name("tiff")),
+            Some(form::Outcome::Cancel) if self.export.is_some() => {
+                self.export = None;
+                self.say("the export was ended; files that had been written are whole".into(), false);
+            }
+            Some(form::Outcome::Cancel) => self.form = None,
+            None => {}
+        }
     }
 
     /// The picture, and what the mouse does in it.
@@ -210,6 +998,12 @@ impl Desk {
         if self.frame.is_some() {
             let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
             painter.image(WORLD, rect, whole, Color32::WHITE);
+        } else {
+            let text = match &self.status.work {
+                Some((what, ..)) => format!("{what} …"),
+                None => "opening …".into(),
+            };
+            painter.text(rect.center(), Align2::CENTER_CENTER, text, egui::FontId::proportional(16.0), Color32::GRAY);
         }
         let moved = ui.input(|input| {
             let motions = input.events.iter().filter_map(|event| match event {
@@ -218,14 +1012,27 @@ impl Desk {
             });
             motions.fold(Vec2::ZERO, |sum, by| sum + by)
         });
+        let place = response.hover_pos().map(|at| {
+            let part = (at - rect.min) / rect.size();
+            [part.x, part.y]
+        });
+        if self.cutting && place.is_some() && place != self.pointed {
+            self.pointed = place;
+            self.engine.send(Command::Section(place.unwrap_or_default()));
+        }
+        if self.paint(&response, place) {
+            return;
+        }
+        let flat = |by: Vec2| glam::vec2(by.x, -by.y) * LOOK;
+        if response.clicked() {
+            ui.memory_mut(|memory| memory.stop_text_input());
+        }
         if self.looking && moved != Vec2::ZERO {
-            self.engine.send(Command::Turn(glam::vec2(moved.x, -moved.y) * LOOK));
-        } else if response.dragged_by(PointerButton::Secondary) {
-            let by = response.drag_delta();
-            self.engine.send(Command::Turn(glam::vec2(by.x, -by.y) * LOOK));
-        } else if response.dragged_by(PointerButton::Primary) {
-            let by = response.drag_delta();
-            self.engine.send(Command::Orbit(glam::vec2(by.x, -by.y) * LOOK));
+            self.engine.send(Command::Turn(flat(moved)));
+        } else if response.dragged_by(PointerButton::Secondary) && response.drag_delta() != Vec2::ZERO {
+            self.engine.send(Command::Turn(flat(response.drag_delta())));
+        } else if response.dragged_by(PointerButton::Primary) && response.drag_delta() != Vec2::ZERO {
+            self.engine.send(Command::Orbit(flat(response.drag_delta())));
         }
         if response.hovered() || self.looking {
             let wheel = ui.input(|input| input.smooth_scroll_delta.y);
@@ -237,6 +1044,26 @@ impl Desk {
         }
     }
 
+    /// Lets the brush touch the land; whether it is in the hand.
+    fn paint(&mut self, response: &egui::Response, place: Option<[f32; 2]>) -> bool {
+        let (Some(kind), false) = (self.brush.kind, self.looking) else { return false };
+        let held = response.is_pointer_button_down_on()
+            && response.ctx.input(|input| input.pointer.button_down(PointerButton::Primary));
+        if !held {
+            return response.dragged_by(PointerButton::Primary);
+        }
+        if response.ctx.input(|input| input.pointer.button_pressed(PointerButton::Primary)) {
+            self.engine.send(Command::Stroke);
+        }
+        if let (Some(at), true) = (place, self.engine.is_listening()) {
+            let (radius, strength) = (self.brush.radius, self.brush.amount());
+            self.engine.send(Command::Paint { kind, at, radius, strength });
+        }
+        // It goes on as long as it is held.
+        response.ctx.request_repaint_after(Duration::from_millis(30));
+        true
+    }
+
     fn told(&mut self, context: &Context, rect: Rect) {
         self.messages.retain(|(since, ..)| since.elapsed() < MESSAGE);
         if self.messages.is_empty() {
@@ -244,118 +1071,23 @@ impl Desk {
         }
         context.request_repaint_after(Duration::from_millis(500));
         egui::Area::new("messages".into())
-            .anchor(Align2::LEFT_BOTTOM, vec2(rect.left() + 12.0, -36.0))
+            .fixed_pos(rect.left_top() + vec2(12.0, 12.0))
+            .order(egui::Order::Foreground)
+            .interactable(false)
             .show(context, |ui| {
+                ui.set_max_width((rect.width() - 24.0).clamp(120.0, 560.0));
                 for (_, sentence, bad) in &self.messages {
-                    let colour = if *bad { Color32::LIGHT_RED } else { Color32::WHITE };
+                    let colour = if *bad { theme::ERROR } else { Color32::WHITE };
                     egui::Frame::popup(ui.style()).show(ui, |ui| {
-                        ui.set_max_width(rect.width() - 40.0);
-                        ui.label(RichText::new(sentence).color(colour));
+                        ui.add(egui::Label::new(RichText::new(sentence).color(colour)).wrap());
                     });
                 }
             });
     }
+}
 
-    fn status_bar(&mut self, ui: &mut Ui) {
-        ui.horizontal(|ui| {
-            match &self.status.world {
-                WorldStatus::None => {
-                    ui.label(if self.world.is_some() { "opening…" } else { "no world" });
-                }
-                WorldStatus::Land { rig, progress, .. } => {
-                    let stage = progress.stage.name();
-                    if progress.finished {
-                        ui.label("finished");
-                    } else {
-                        ui.label(format!("{stage}: {} of {}", progress.iteration, progress.of));
-                    }
-                    ui.separator();
-                    let [east, up, south] = rig.eye.to_array();
-                    ui.label(format!("{east:.0} m east, {south:.0} m south, {up:.0} m up"));
-                }
-                WorldStatus::Zoom { depth, drawn, .. } => {
-                    ui.label(format!("depth {depth:.2}"));
-                    ui.separator();
-                    ui.label(format!("{} tiles, {} made", drawn.drawn, drawn.made));
-                }
-            }
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                ui.label(format!("speed ×{:.2}", self.speed.exp2()));
-            });
-        });
-    }
-
-    fn controls(&mut self, ui: &mut Ui) {
-        let Some(world) = &self.world else { return };
-        ui.heading(&world.name);
-        match self.status.world.clone() {
-            WorldStatus::None => {}
-            WorldStatus::Land { playing, off, progress, .. } => {
-                ui.horizontal(|ui| {
-                    if ui.button(if playing { "Pause" } else { "Play" }).clicked() {
-                        self.engine.send(Command::Play(!playing));
-                    }
-                    if ui.button("Step").clicked() {
-                        self.engine.send(Command::Step);
-                    }
-                    if ui.button("Restart").clicked() {
-                        self.engine.send(Command::Restart);
-                    }
-                });
-                for (process, name) in [
-                    (Process::Hydraulic, "Water"),
-                    (Process::Thermal, "Slides"),
-                    (Process::Seabed, "Sea bed"),
-                    (Process::Reef, "Reef"),
-                ] {
-                    let mut on = !off.contains(&process);
-                    if ui.checkbox(&mut on, name).changed() {
-                        self.engine.send(Command::Enable(process, on));
-                    }
-                }
-                ui.label(format!("{:?}", progress.stage));
-            }
-            WorldStatus::Zoom { code, course, .. } => {
-                ui.horizontal(|ui| {
-                    for (wanted, name) in [(Course::In, "In"), (Course::Hand, "Stop"), (Course::Out, "Out")] {
-                        if ui.selectable_label(course == wanted, name).clicked() {
-                            self.engine.send(Command::Course(wanted));
-                        }
-                    }
-                });
-                if ui.button("Copy location code").clicked() {
-                    ui.ctx().copy_text(code.clone());
-                }
-                ui.label(RichText::new(code).monospace().small());
-            }
-        }
-    }
-
-    fn timings(&mut self, ui: &mut Ui, timings: &[Timing]) {
-        ui.strong("Milliseconds");
-        egui::Grid::new("timings").striped(true).show(ui, |ui| {
-            for (name, milliseconds) in &self.status.timings {
-                ui.label(*name);
-                ui.label(format!("{milliseconds:.1}"));
-                ui.end_row();
-            }
-            for timing in timings {
-                ui.label(timing.name);
-                ui.label(format!("{:.1}", 1e3 * timing.duration.as_secs_f32()));
-                ui.end_row();
-            }
-        });
-        ui.add_space(8.0);
-        ui.strong("Memory");
-        ui.label(format!("{:.1} MiB", self.status.memory.used as f64 / f64::from(1 << 20)));
-    }
-
-    /// Where the eye is.
-    pub fn pose(&self) -> Option<Pose> {
-        match &self.status.world {
-            WorldStatus::None => None,
-            WorldStatus::Land { rig, .. } => Some(Pose::Land(*rig)),
-            WorldStatus::Zoom { code, .. } => Some(Pose::Zoom(code.clone())),
-        }
-    }
+/// A part of a panel that can be folded; whether it is open.
+fn folded(ui: &mut Ui, name: &str, open: bool, show: impl FnOnce(&mut Ui)) -> bool {
+    let header = egui::CollapsingHeader::new(RichText::new(name).strong()).default_open(open);
+    header.show(ui, show).openness > 0.0
 }

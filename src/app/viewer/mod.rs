@@ -2,26 +2,37 @@
 //!
 //! - `window` is the native window, its frame loop and its surface; `painter` draws the user interface.
 //! - `engine` is a thread that makes and draws the world, in slices; the window listens to it and never waits.
-//! - `desk` is what lies before the user: the picture and the panels round it.
-//! - `camera` moves the eye over land.
+//! - `desk` is what lies before the user: the picture and the `panels` round it, in the colours of `theme`; `keys` says what keys do.
+//! - `document` is the world file as it is edited; `recovery` keeps what is not saved, `state` what is remembered from run to run.
+//! - `camera` moves the eye over land; `script` plays a file of keys and mouse; `widgets` knows where things are by their names.
+//! - `shipped` are the worlds that come with the program; `export` runs `terrane export` beside it.
 
 mod camera;
 mod desk;
+mod document;
 mod engine;
+mod export;
+mod keys;
 mod painter;
+mod panels;
+mod recovery;
 mod script;
+mod shipped;
+mod state;
+mod theme;
+mod widgets;
 mod window;
 
 use super::cli::options::{self, DeviceOptions, OutputOptions, Size};
 use super::{Error, Session, interrupt};
-use crate::world::{self, Overrides, World};
+use crate::world::Overrides;
 use clap::{Args, ValueHint};
+use document::Document;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 /// Show a world in a window: fly, watch it change, change it, trace it
 ///
-/// Without a world the window offers those that it finds. Keys are explained behind F1 and in docs/viewer.md.
+/// Without a world the window offers those that come with the program. Keys are explained behind F2, and in docs/viewer.md.
 #[derive(Args)]
 pub struct Arguments {
     /// World file (TOML), or a folder of settings
@@ -67,19 +78,25 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     interrupt::listen();
     let script = arguments.script.as_deref().map(script::Script::read).transpose()?;
-    let world = match &arguments.world {
+    let document = match &arguments.world {
         Some(path) => {
             session.report.world = Some(path.to_string_lossy().into_owned());
-            let world = load(path, arguments)?;
-            world.warnings.iter().for_each(|warning| session.warn(warning.clone()));
-            Some(Arc::new(world))
+            let overrides = Overrides { set: arguments.set.clone(), seed: arguments.seed };
+            let document = Document::open(path, &overrides)?;
+            document.world().warnings.iter().for_each(|warning| session.warn(warning.clone()));
+            Some(document)
         }
         None => None,
     };
-    window::run(arguments, world, script, session)
+    window::run(arguments, document, script, session)
 }
 
-fn load(path: &std::path::Path, arguments: &Arguments) -> Result<World, Error> {
-    let overrides = Overrides { set: arguments.set.clone(), seed: arguments.seed };
-    Ok(world::load(path, &overrides)?)
+impl From<document::Error> for Error {
+    fn from(error: document::Error) -> Error {
+        match error {
+            document::Error::World(error) => Error::World(error),
+            document::Error::File(error) => Error::File(error),
+            document::Error::NoFile(_) | document::Error::Changed(_) => Error::Usage(error.to_string()),
+        }
+    }
 }

@@ -20,6 +20,8 @@ enum Act {
     Press(Key, Modifiers),
     Release(Key, Modifiers),
     Move(Pos2),
+    /// Moves to what has this name.
+    Find(String),
     Button(PointerButton, bool),
     Wheel(f32),
     Type(String),
@@ -31,6 +33,9 @@ const MOST_BYTES: usize = 1 << 20;
 
 /// Frames that a `wait quiet` without a number waits at most.
 const LONG: u64 = 100_000;
+
+/// Frames that are waited for what is to be pushed.
+const PATIENCE: u64 = 3000;
 
 /// Frames that a drag takes.
 const DRAG: u32 = 8;
@@ -44,6 +49,11 @@ impl Script {
         Script::parse(&text).map_err(|(line, why)| {
             Error::Usage(format!("{}, line {line}: {why}; docs/viewer.md tells what may stand there", path.display()))
         })
+    }
+
+    /// Whether anything is found by its name.
+    pub fn has_names(&self) -> bool {
+        self.0.iter().any(|act| matches!(act, Act::Find(_)))
     }
 
     fn parse(text: &str) -> Result<Script, (usize, String)> {
@@ -84,6 +94,10 @@ fn parse_line(line: &str) -> Result<Vec<Act>, String> {
             acts.extend((1..=DRAG).map(way));
             acts.push(Act::Button(button, false));
             acts
+        }
+        ("push", [_, ..]) => {
+            let primary = PointerButton::Primary;
+            vec![Act::Find(rest.into()), Act::Button(primary, true), Act::Button(primary, false)]
         }
         ("wheel", [by]) => vec![Act::Wheel(number(by)?)],
         ("type", [_, ..]) => vec![Act::Type(rest.into())],
@@ -148,11 +162,19 @@ impl Player {
         self.acts.is_empty()
     }
 
-    /// Adds the next act to the input of a frame. `quiet` tells whether the world has nothing left to do.
-    pub fn play(&mut self, input: &mut RawInput, quiet: bool) -> Vec<Wish> {
+    /// Adds the next act to the input of a frame. `quiet` tells whether the world has nothing left to do, `find` where something is.
+    ///
+    /// # Errors
+    /// If something is to be pushed that is not there.
+    pub fn play(
+        &mut self,
+        input: &mut RawInput,
+        quiet: bool,
+        find: impl Fn(&str) -> Option<Pos2>,
+    ) -> Result<Vec<Wish>, Error> {
         input.focused = true;
         self.time = input.time.unwrap_or(self.time);
-        let Some(act) = self.acts.front() else { return Vec::new() };
+        let Some(act) = self.acts.front() else { return Ok(Vec::new()) };
         let (mut wishes, mut done) = (Vec::new(), true);
         match act {
             Act::Wait(frames) => {
@@ -172,6 +194,19 @@ impl Player {
                 input.events.push(Event::MouseMoved(by));
                 self.pointer = *to;
             }
+            Act::Find(name) => match find(name) {
+                Some(at) => {
+                    input.events.push(Event::PointerMoved(at));
+                    self.pointer = at;
+                }
+                None => {
+                    self.waited += 1;
+                    done = false;
+                    if self.waited >= PATIENCE {
+                        return Err(Error::Usage(format!("the script pushes `{name}`, and nothing of that name is shown")));
+                    }
+                }
+            },
             Act::Button(button, pressed) => input.events.push(Event::PointerButton {
                 pos: self.pointer,
                 button: *button,
@@ -191,7 +226,7 @@ impl Player {
             self.acts.pop_front();
             self.waited = 0;
         }
-        wishes
+        Ok(wishes)
     }
 
     fn key(&self, input: &mut RawInput, key: Key, modifiers: Modifiers, pressed: bool) {

@@ -1,21 +1,23 @@
 //! The native window: events in, frames out, and nothing in between while nothing changes.
 
 use super::desk::{Desk, Wish};
+use super::document::Document;
 use super::engine::Engine;
 use super::painter::Painter;
 use super::script::{Player, Script};
+use super::state::{self, State};
+use super::widgets::Widgets;
 use super::{Arguments, Error, Session, interrupt};
 use crate::app::report::{Details, Viewed};
 use crate::formats;
 use crate::gpu::{self, Gpu, Image, Pacing, Recorder, Shown, Swapchain, Target, Timing, format::Rgba8, window_extensions};
-use crate::world::World;
 use egui::{TextureId, ViewportId};
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
-use winit::dpi::LogicalSize;
+use winit::dpi::{LogicalPosition, LogicalSize};
 use winit::event::{DeviceEvent, DeviceId, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{CursorGrabMode, Fullscreen, Window, WindowId};
@@ -39,14 +41,14 @@ const LEAST_SIZE: [f64; 2] = [320.0, 180.0];
 /// Opens the window and runs until it is closed.
 pub fn run(
     arguments: &Arguments,
-    world: Option<Arc<World>>,
+    document: Option<Document>,
     script: Option<Script>,
     session: &mut Session,
 ) -> Result<(), Error> {
     let events = EventLoop::<Wake>::with_user_event().build().map_err(no_window)?;
     let mut application = Application {
         arguments,
-        world,
+        document,
         script,
         session,
         proxy: events.create_proxy(),
@@ -69,7 +71,7 @@ fn no_window(error: impl std::fmt::Display) -> Error {
 
 struct Application<'a> {
     arguments: &'a Arguments,
-    world: Option<Arc<World>>,
+    document: Option<Document>,
     script: Option<Script>,
     session: &'a mut Session,
     proxy: EventLoopProxy<Wake>,
@@ -92,8 +94,7 @@ struct Open {
     pace: Pace,
     frames: u64,
     grabbed: bool,
-    /// Files that the next frame is written to.
-    shots: Vec<PathBuf>,
+    widgets: Option<Widgets>,
     timings: Vec<Timing>,
 }
 
@@ -164,7 +165,7 @@ impl ApplicationHandler<Wake> for Application<'_> {
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(open) = &mut self.open else { return };
         if interrupt::asked() {
-            open.desk.keep();
+            open.keep();
             let written = self.session.report.written();
             return self.end(events, Err(Error::Interrupted { written, kept: None }));
         }
@@ -181,11 +182,22 @@ impl ApplicationHandler<Wake> for Application<'_> {
 
 impl Application<'_> {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<Open, Error> {
-        let size = self.arguments.size.map_or(FIRST_SIZE, |size| [size.width.into(), size.height.into()]);
-        let attributes = Window::default_attributes()
+        let folder = state::folder();
+        let (state, warning) = folder.as_deref().map(State::load).unwrap_or_default();
+        let last = state.window.filter(|_| self.arguments.size.is_none());
+        let size = match (self.arguments.size, last) {
+            (Some(size), _) => [size.width, size.height].map(f64::from),
+            (None, Some(window)) => window.size.map(f64::from),
+            (None, None) => FIRST_SIZE,
+        };
+        let mut attributes = Window::default_attributes()
             .with_title("terrane")
             .with_inner_size(LogicalSize::new(size[0], size[1]))
-            .with_min_inner_size(LogicalSize::new(LEAST_SIZE[0], LEAST_SIZE[1]));
+            .with_min_inner_size(LogicalSize::new(LEAST_SIZE[0], LEAST_SIZE[1]))
+            .with_maximized(last.is_some_and(|window| window.maximised));
+        if let Some([x, y]) = last.and_then(|window| window.position) {
+            attributes = attributes.with_position(LogicalPosition::new(x, y));
+        }
         let window = Arc::new(events.create_window(attributes).map_err(no_window)?);
         let options = gpu::Options {
             device: self.arguments.device.device.clone(),
@@ -208,12 +220,17 @@ impl Application<'_> {
             window.theme(),
             Some(gpu.info().max_image as usize),
         );
-        let proxy = self.proxy.clone();
-        let engine = Engine::start(&gpu, self.session.validation.clone(), move || {
+        let proxy = Mutex::new(self.proxy.clone());
+        let wake: Arc<dyn Fn() + Send + Sync> = Arc::new(move || {
+            let proxy = proxy.lock().unwrap_or_else(PoisonError::into_inner);
             // A window that is gone needs no news.
             let _ = proxy.send_event(Wake);
         });
-        let desk = Desk::new(&context, engine, self.world.take());
+        let waker = wake.clone();
+        let engine = Engine::start(&gpu, self.session.validation.clone(), move || waker());
+        let named = self.script.as_ref().is_some_and(Script::has_names);
+        let widgets = (named || Widgets::are_wanted()).then(|| Widgets::new(&context));
+        let desk = Desk::new(&context, engine, wake, self.document.take(), (folder, state, warning));
         window.request_redraw();
         Ok(Open {
             desk,
@@ -229,14 +246,14 @@ impl Application<'_> {
             pace: Pace::default(),
             frames: 0,
             grabbed: false,
-            shots: Vec::new(),
+            widgets,
             timings: Vec::new(),
         })
     }
 
     fn end(&mut self, events: &ActiveEventLoop, result: Result<(), Error>) {
         if let Some(open) = &mut self.open {
-            open.desk.keep();
+            open.keep();
         }
         if self.result.is_ok() {
             self.result = result;
@@ -265,7 +282,8 @@ impl Open {
         }
         let mut input = self.egui.take_egui_input(&self.window);
         if let Some(player) = &mut self.player {
-            let wishes = player.play(&mut input, self.desk.is_quiet());
+            let find = |name: &str| self.widgets.as_ref()?.find(name);
+            let wishes = player.play(&mut input, self.desk.is_quiet(), find)?;
             self.obey(wishes, session)?;
             if self.player.as_ref().is_some_and(Player::is_done) {
                 self.player = None;
@@ -278,6 +296,9 @@ impl Open {
         let timings = std::mem::take(&mut self.timings);
         let output = self.context.run_ui(input, |ui| desk.show(ui, &timings));
         self.timings = timings;
+        if let Some(widgets) = &mut self.widgets {
+            widgets.note(output.platform_output.accesskit_update.as_ref(), output.pixels_per_point);
+        }
         self.egui.handle_platform_output(&self.window, output.platform_output);
         let wishes = self.desk.wishes();
         self.obey(wishes, session)?;
@@ -337,6 +358,19 @@ impl Open {
         let mut rec = Recorder::timed(&self.gpu, 8);
         self.painter.paint(&mut rec, canvas, primitives, pixels_per_point, &self.textures)?;
         self.swapchain.show(rec, canvas)
+    }
+
+    /// Keeps what has not been saved, and where the window stands.
+    fn keep(&mut self) {
+        let factor = self.window.scale_factor();
+        let inner = self.window.inner_size().to_logical::<u32>(factor);
+        let position = self.window.outer_position().ok().map(|position| position.to_logical::<i32>(factor));
+        let is_usual = self.window.fullscreen().is_none() && inner.width > 0 && inner.height > 0;
+        self.desk.keep(is_usual.then(|| state::Window {
+            size: [inner.width, inner.height],
+            position: position.map(|position| [position.x, position.y]),
+            maximised: self.window.is_maximized(),
+        }));
     }
 
     /// Does what only a window can.

@@ -4,7 +4,7 @@ use super::ground::{Ground, Needs, OVERSHOOT};
 use super::random::Random;
 use crate::core::map::Map;
 use glam::Vec2;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// What plants ask of the ground. The density is the product of all that is asked.
 #[derive(Clone, Debug, Default)]
@@ -135,12 +135,14 @@ impl Ramp {
 }
 
 /// Patches of plants with bare ground between: smooth noise above a threshold.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Patches {
     seed: u32,
     /// Metres.
     size: f32,
-    threshold: f32,
+    cover: f32,
+    /// Of the noise, once it is asked for: most of what a world takes to be read would be this.
+    threshold: OnceLock<f32>,
 }
 
 /// Width of the edge of a patch on either side of its line, in the noise's own measure.
@@ -149,19 +151,30 @@ const EDGE: f32 = 0.06;
 impl Patches {
     /// Patches about `size` metres wide that cover this share of the ground.
     pub fn new(seed: u32, size: f32, cover: f32) -> Self {
-        const SAMPLES: i32 = 128;
-        // The noise's own distribution says above which value so much of it lies.
-        let places = (0..SAMPLES * SAMPLES).map(|index| [index % SAMPLES, index / SAMPLES]);
-        let mut values: Vec<f32> =
-            places.map(|[x, y]| noise(seed, Vec2::new(x as f32, y as f32) * 0.37)).collect();
-        values.sort_by(f32::total_cmp);
-        let bare = ((1.0 - cover).clamp(0.0, 1.0) * (values.len() - 1) as f32) as usize;
-        Patches { seed, size, threshold: values[bare] }
+        Patches { seed, size, cover, threshold: OnceLock::new() }
     }
 
     pub fn at(&self, at: Vec2) -> f32 {
-        let above = noise(self.seed, at / self.size) - self.threshold;
+        let threshold = self.threshold.get_or_init(|| self.find_threshold());
+        let above = noise(self.seed, at / self.size) - threshold;
         ((above / EDGE + 1.0) / 2.0).clamp(0.0, 1.0)
+    }
+
+    /// The noise's own distribution says above which value so much of it lies.
+    fn find_threshold(&self) -> f32 {
+        const SAMPLES: i32 = 128;
+        let places = (0..SAMPLES * SAMPLES).map(|index| [index % SAMPLES, index / SAMPLES]);
+        let mut values: Vec<f32> =
+            places.map(|[x, y]| noise(self.seed, Vec2::new(x as f32, y as f32) * 0.37)).collect();
+        let bare = ((1.0 - self.cover).clamp(0.0, 1.0) * (values.len() - 1) as f32) as usize;
+        *values.select_nth_unstable_by(bare, f32::total_cmp).1
+    }
+}
+
+impl PartialEq for Patches {
+    /// Whether they are the same patches, whoever has looked at them.
+    fn eq(&self, other: &Patches) -> bool {
+        (self.seed, self.size, self.cover) == (other.seed, other.size, other.cover)
     }
 }
 
@@ -180,8 +193,9 @@ fn gradient_noise(seed: u32, at: Vec2) -> f32 {
         gradient.dot(inside - Vec2::new(east as f32, south as f32))
     };
     let fade = inside * inside * inside * (inside * (inside * 6.0 - 15.0) + 10.0);
-    let north = corner(0, 0) + (corner(1, 0) - corner(0, 0)) * fade.x;
-    let south = corner(0, 1) + (corner(1, 1) - corner(0, 1)) * fade.x;
+    let [north_west, south_west] = [corner(0, 0), corner(0, 1)];
+    let north = north_west + (corner(1, 0) - north_west) * fade.x;
+    let south = south_west + (corner(1, 1) - south_west) * fade.x;
     north + (south - north) * fade.y
 }
 

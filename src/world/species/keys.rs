@@ -148,7 +148,13 @@ impl Section for SpeciesFile {
 
     fn keys() -> Vec<Key> {
         let about = "Version of the format, 1.";
-        let format = Key { name: "format", about, default: Format.default(), shape: Format.shape() };
+        let format = Key {
+            name: "format",
+            about,
+            default: Format.default(),
+            start: Format.start(),
+            shape: Format.shape(),
+        };
         std::iter::once(format).chain(Species::keys()).collect()
     }
 
@@ -205,7 +211,7 @@ impl Kind for EntryKind {
         if place.key("file").item().is_none() {
             return Entry::Here(Box::new(read_section(place)));
         }
-        let names = Species::keys().into_iter().map(|key| key.name);
+        let names = Species::names().into_iter();
         for name in names.filter(|name| !["variants", "height"].contains(name)) {
             if place.key(name).item().is_some() {
                 let label = "write it in that file, or all of the species here";

@@ -128,6 +128,20 @@ impl Flight {
         (Approach { target, offset }, Depth::level(level))
     }
 
+    /// How steep the ground below is, as large as it is far: radians.
+    pub fn slope(&self, spine: &mut Spine) -> f64 {
+        let patch = spine.patch(&self.place, self.clearance.level);
+        let middle = REACH as usize;
+        let height = |column: usize, row: usize| patch.height(column, row);
+        // Amplitudes a cell.
+        let rise = |to: i64, from: i64| to.wrapping_sub(from) as f64 / AMPLITUDE as f64;
+        let [east, south] = [
+            rise(height(middle + 1, middle), height(middle, middle)),
+            rise(height(middle, middle + 1), height(middle, middle)),
+        ];
+        libm::atan(libm::hypot(east, south) * spine.surface().roughness.cells())
+    }
+
     /// A direction that goes down is bent towards the gentlest slope nearby, so that a descent stays where the surface is not a cliff. `strength` 0 does nothing;
     /// 1 goes sideways as fast as down.
     pub fn assist(&self, spine: &mut Spine, direction: DVec3, strength: f64) -> DVec3 {

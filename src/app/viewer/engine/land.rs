@@ -1,7 +1,7 @@
 //! Land on the stage: it is simulated, looked at, planted and traced.
 
 use super::trace::{Ended, Trace};
-use super::{Command, Frame, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
+use super::{Command, Frame, Means, News, Pose, Slice, Speaker, Status, Studio, Traced, WorldStatus};
 use crate::app::viewer::camera::Rig;
 use crate::app::{
     Error, interrupt,
@@ -14,21 +14,27 @@ use crate::gpu::{Gpu, Image, Recorder, format::{R32f, Rgba8}};
 use crate::plants::planting::Ground;
 use crate::raster::{self, Detail, Live, Quality, Scale, Shown};
 use crate::scene::{self, Film, Picture, Population, Scene, View};
-use crate::terrain::{self, Layer, Simulation, Stage};
+use crate::terrain::{self, Brush, Kind, Layer, Simulation, Snapshot, Stage};
 use crate::world::World;
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-/// What can be left out of a simulation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Process {
-    Hydraulic,
-    Thermal,
-    Seabed,
-    Reef,
+/// A cut through the land from west to east.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Section {
+    /// Where it was asked for, metres.
+    pub at: Vec3,
+    /// East and height, metres.
+    pub points: Vec<[f64; 2]>,
+    pub sea_level: f32,
 }
+
+/// Points of a [`Section`].
+const SECTION: usize = 300;
+
+/// Device memory that strokes of the brush may take, to be taken back.
+const STROKES: u64 = 256 << 20;
 
 /// What is laid over the picture in false colours.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,7 +145,8 @@ pub struct Land {
     playing: bool,
     /// Iterations between two pictures; 0 is as many as there is time for.
     per_picture: u32,
-    off: Vec<Process>,
+    /// The land before each stroke of the brush.
+    strokes: Vec<Snapshot>,
     population: Option<Population>,
     /// The land has changed since it was looked at.
     changed: bool,
@@ -153,8 +160,6 @@ pub struct Land {
     shown: Option<(raster::Overlay, Legend)>,
     tracing: bool,
     trace: Trace,
-    /// Whether the land is what the world's file makes.
-    pristine: bool,
 }
 
 impl Land {
@@ -184,7 +189,7 @@ impl Land {
             rig: Rig::default(),
             playing: true,
             per_picture: 0,
-            off: Vec::new(),
+            strokes: Vec::new(),
             population: None,
             changed: false,
             drawn: Drawn::Not,
@@ -195,7 +200,6 @@ impl Land {
             shown: None,
             tracing: false,
             trace: Trace::default(),
-            pristine: true,
         };
         land.rig = land.starting_rig(studio)?;
         Ok(land)
@@ -227,10 +231,14 @@ impl Land {
     pub fn edit(&mut self, studio: &mut Studio, world: &Arc<World>) -> Result<(), Error> {
         let before = std::mem::replace(&mut self.world, world.clone());
         if before.plan != world.plan {
-            let (rig, playing, overlay) = (self.rig, self.playing, self.overlay);
-            *self = Land::new(studio, world)?;
-            (self.rig, self.playing, self.overlay) = (rig, playing, overlay);
-            return Ok(());
+            if !self.simulation.retune(&world.plan)? {
+                // What is over can't be changed any more.
+                let again = Land::new(studio, world)?;
+                return self.begin_again(studio, again);
+            }
+            // Plants stand where the land was.
+            self.population = None;
+            self.changed = true;
         }
         if before.light != world.light {
             self.live.set_light(world.light.clone())?;
@@ -287,20 +295,41 @@ impl Land {
             }
             Command::Restart => {
                 interrupt::cancel(false);
-                let (rig, off, overlay, per_picture) = (self.rig, std::mem::take(&mut self.off), self.overlay, self.per_picture);
                 let simulation = Simulation::new(&studio.gpu, &self.world.plan)?;
-                *self = Land::with(studio, &self.world.clone(), simulation)?;
-                (self.rig, self.overlay, self.per_picture) = (rig, overlay, per_picture);
-                off.into_iter().for_each(|process| self.enable(process, false));
+                let again = Land::with(studio, &self.world.clone(), simulation)?;
+                self.begin_again(studio, again)?;
+            }
+            Command::Stroke => self.begin_stroke()?,
+            Command::Paint { kind, at, radius, strength } => {
+                if let Some(point) = self.under(studio, at) {
+                    let brush = Brush { kind, at: [point.x, point.z], radius, strength };
+                    self.simulation.brush(brush)?;
+                    self.population = None;
+                    self.changed = true;
+                    self.look_again();
+                }
+            }
+            Command::TakeStrokeBack => {
+                if let Some(before) = self.strokes.pop() {
+                    self.simulation.restore(&before)?;
+                    self.changed = true;
+                    self.look_again();
+                }
+            }
+            Command::Section(at) => {
+                let section = self.under(studio, at).map(|at| self.section(at));
+                speaker.say(News::Section(section));
             }
             Command::PerPicture(iterations) => self.per_picture = iterations,
-            Command::Enable(process, on) => self.enable(process, on),
+            Command::Enable(process, on) => self.simulation.enable(process, on),
             Command::Overlay(overlay) => {
                 (self.overlay, self.shown) = (overlay, None);
                 self.drawing = None;
                 self.look_again();
             }
-            Command::Trace(on) => self.tracing = on,
+            Command::Trace(true) => self.tracing = true,
+            // What was traced is kept, and goes on if the eye has not moved.
+            Command::Trace(false) => self.drawn = Drawn::Not,
             Command::Picture(path) => {
                 let film = self.film(studio.size);
                 let picture = self.picture(studio, &film)?;
@@ -312,12 +341,46 @@ impl Land {
         Ok(())
     }
 
-    fn enable(&mut self, process: Process, on: bool) {
-        self.off.retain(|other| *other != process);
-        if !on {
-            self.off.push(process);
-            self.pristine = false;
+    /// Other land in its place, looked at and made as this one was.
+    fn begin_again(&mut self, studio: &Studio, again: Land) -> Result<(), Error> {
+        let off: Vec<Kind> = self.off().collect();
+        let (rig, playing, overlay, per_picture) = (self.rig, self.playing, self.overlay, self.per_picture);
+        let same_eye = self.world.viewpoint == again.world.viewpoint;
+        *self = again;
+        (self.playing, self.overlay, self.per_picture) = (playing, overlay, per_picture);
+        self.rig = if same_eye { rig } else { self.starting_rig(studio)? };
+        off.into_iter().for_each(|process| self.simulation.enable(process, false));
+        Ok(())
+    }
+
+    fn off(&self) -> impl Iterator<Item = Kind> + '_ {
+        Kind::ALL.into_iter().filter(|process| !self.simulation.is_enabled(*process))
+    }
+
+    /// Remembers the land as it is before the brush touches it.
+    fn begin_stroke(&mut self) -> Result<(), Error> {
+        self.strokes.extend(self.simulation.snapshot()?);
+        while self.strokes.iter().map(Snapshot::bytes).sum::<u64>() > STROKES && self.strokes.len() > 1 {
+            self.strokes.remove(0);
         }
+        Ok(())
+    }
+
+    /// The point of the ground that is seen at a place of the picture, which goes from 0 to 1 to the right and down.
+    fn under(&self, studio: &Studio, [right, down]: [f32; 2]) -> Option<Vec3> {
+        let camera = self.camera(&self.film(studio.size));
+        let across = camera.right * ((2.0 * right - 1.0) * camera.tangent[0]);
+        let up = camera.up * ((1.0 - 2.0 * down) * camera.tangent[1]);
+        self.met((camera.forward + across + up).normalize())
+    }
+
+    fn section(&self, at: Vec3) -> Section {
+        let half = self.simulation.plan().grid.extent / 2.0;
+        let point = |index: usize| {
+            let east = half * (2.0 * index as f32 / (SECTION - 1) as f32 - 1.0);
+            [f64::from(east), f64::from(self.ground.height_at(Vec2::new(east, at.z)))]
+        };
+        Section { at, points: (0..SECTION).map(point).collect(), sea_level: self.simulation.sea_level_now() }
     }
 
     fn move_rig(&mut self, by: impl FnOnce(&mut Rig, &dyn Fn(Vec2) -> f32)) {
@@ -329,7 +392,13 @@ impl Land {
 
     /// The point of the ground in the middle of the picture, or one as far as the ground is below.
     fn looked_at(&self) -> Vec3 {
-        let (eye, forward) = (self.rig.eye, self.rig.forward());
+        let forward = self.rig.forward();
+        self.met(forward).unwrap_or(self.rig.eye + forward * self.simulation.plan().grid.extent / 2.0)
+    }
+
+    /// Where a look from the eye meets ground or sea.
+    fn met(&self, forward: Vec3) -> Option<Vec3> {
+        let eye = self.rig.eye;
         let sea = self.simulation.sea_level();
         let extent = self.simulation.plan().grid.extent;
         let step = extent / 1000.0;
@@ -337,11 +406,11 @@ impl Land {
         while range < 4.0 * extent {
             let at = eye + forward * range;
             if at.y <= floor(&self.ground, sea, Vec2::new(at.x, at.z)) {
-                return at;
+                return Some(at);
             }
             range += step;
         }
-        eye + forward * extent / 2.0
+        None
     }
 
     /// All of the land in the picture, from where the eye looks.
@@ -355,10 +424,10 @@ impl Land {
 
     pub fn slice(
         &mut self,
-        (studio, speaker, inbox): (&mut Studio, &Speaker, &Receiver<Command>),
+        (studio, speaker, inbox, load): Means<'_>,
     ) -> Result<Slice, Error> {
         if self.tracing {
-            return self.trace((studio, speaker, inbox));
+            return self.trace((studio, speaker, inbox, load));
         }
         let seconds = studio.held();
         let steered = !studio.steering.is_still();
@@ -373,7 +442,7 @@ impl Land {
             self.simulate(studio, self.per_picture)?;
         }
         if self.simulation.progress().finished && self.population.is_none() {
-            self.plant(studio)?;
+            self.plant(studio, speaker)?;
         }
         let worked = self.look(studio, speaker, runs || steered)?;
         Ok(if worked || runs || steered { Slice::Worked } else { Slice::Idle })
@@ -383,12 +452,14 @@ impl Land {
     fn simulate(&mut self, studio: &mut Studio, most: u32) -> Result<(), Error> {
         let begun = Instant::now();
         let before = self.simulation.progress();
-        let budget = if most == 1 { Duration::ZERO } else { SLICE };
-        let after = self.simulation.step(budget)?;
+        let after = match most {
+            0 => self.simulation.step(SLICE)?,
+            most => self.simulation.step_iterations(most, 4 * SLICE)?,
+        };
         studio.took(before.stage.name(), begun);
         self.trace.forget();
         self.changed = true;
-        if after.finished && self.pristine {
+        if after.finished && !self.simulation.touched() {
             let session = &mut studio.session;
             Keeper::new(&studio.gpu, &self.world, session).keep(&self.simulation, session);
         }
@@ -418,12 +489,16 @@ impl Land {
                 self.drawn = *comes_to;
             }
             self.drawing = None;
+            let passes = self.live.timings().iter();
+            studio.passes = passes.map(|pass| (pass.name, 1e3 * pass.duration.as_secs_f32())).collect();
             return Ok(true);
         }
         if stale && (!moves || self.begun.elapsed() >= CHANGING || !self.changed) {
             if std::mem::take(&mut self.changed) {
                 self.ground = ground(studio, &self.simulation)?;
-                self.live.set_ground(self.simulation.land()?)?;
+                let mut ground = self.live.scene().ground.clone();
+                self.simulation.update(&mut ground)?;
+                self.live.set_ground(ground)?;
                 self.shown = None;
             }
             self.begin(studio, Drawn::Swift)?;
@@ -500,7 +575,7 @@ impl Land {
         Ok(self.shown.as_ref().map(|(overlay, _)| raster::Overlay { opacity, ..overlay.clone() }))
     }
 
-    fn trace(&mut self, means: (&mut Studio, &Speaker, &Receiver<Command>)) -> Result<Slice, Error> {
+    fn trace(&mut self, means: Means<'_>) -> Result<Slice, Error> {
         self.tracing = false;
         let scene = Scene { camera: NO_CAMERA, ..self.live.scene().clone() };
         let mut trace = std::mem::take(&mut self.trace);
@@ -514,9 +589,15 @@ impl Land {
     }
 
     /// Plants what grows on the finished land.
-    fn plant(&mut self, studio: &mut Studio) -> Result<(), Error> {
+    fn plant(&mut self, studio: &mut Studio, speaker: &Speaker) -> Result<(), Error> {
         // Whatever comes of it, it isn't tried again.
         self.population = Some(Population::default());
+        if self.world.plants.rules.is_empty() && self.world.plants.standing.is_empty() {
+            return Ok(());
+        }
+        let work = Some(("growing and planting".into(), 0, 0));
+        let status = Status { world: self.status(), work, ..super::status(studio, (0, 0)) };
+        speaker.say(News::Status(Box::new(status)));
         let camera = land::camera(&studio.gpu, &self.world, &self.simulation)?;
         let film = self.film(studio.size);
         let begun = Instant::now();
@@ -540,16 +621,18 @@ impl Land {
     }
 
     pub fn status(&self) -> WorldStatus {
-        self.status_with(self.trace.traced)
+        self.status_with(false, self.trace.traced)
     }
 
-    pub fn status_with(&self, traced: Option<Traced>) -> WorldStatus {
+    pub fn status_with(&self, tracing: bool, traced: Option<Traced>) -> WorldStatus {
         WorldStatus::Land {
             rig: self.rig,
             progress: self.simulation.progress(),
             playing: self.playing,
-            off: self.off.clone(),
+            off: self.off().collect(),
+            strokes: self.strokes.len(),
             per_picture: self.per_picture,
+            tracing,
             legend: self.shown.as_ref().map(|(_, legend)| *legend),
             traced,
         }

@@ -7,20 +7,20 @@ mod land;
 mod trace;
 mod zoom;
 
-pub use land::{Legend, Map, Overlay, Process};
+pub use land::{Legend, Map, Overlay, Section};
 pub use zoom::{Course, Drawn};
 
 use super::camera::{Rig, Steering};
 use crate::app::{Error, Session, interrupt, progress::Progress, report::Report};
 use crate::gpu::{Gpu, Image, MessageLog, Usage, format::Rgba8};
 use crate::raster;
-use crate::terrain;
+use crate::terrain::{self, BrushKind, Kind};
 use crate::world::World;
 use glam::Vec2;
 use land::Land;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -53,7 +53,14 @@ pub enum Command {
     Restart,
     /// Iterations between two pictures; 0 is as many as there is time for.
     PerPicture(u32),
-    Enable(Process, bool),
+    Enable(Kind, bool),
+    /// The brush is set to the land.
+    Stroke,
+    /// It touches what is seen at a place of the picture, which goes from 0 to 1 to the right and down.
+    Paint { kind: BrushKind, at: [f32; 2], radius: f32, strength: f32 },
+    TakeStrokeBack,
+    /// A cut through what is seen at such a place.
+    Section([f32; 2]),
     Overlay(Option<Overlay>),
     /// Path tracing from where the eye is, until it moves.
     Trace(bool),
@@ -77,6 +84,7 @@ pub enum News {
     /// There is a newer picture.
     Frame(Frame),
     Status(Box<Status>),
+    Section(Option<Section>),
     /// A sentence for the user.
     Said(String),
     /// Something failed; the world is as it was.
@@ -101,6 +109,8 @@ pub struct Status {
     pub work: Option<(String, u64, u64)>,
     /// Milliseconds of the last of each kind of work.
     pub timings: Vec<(&'static str, f32)>,
+    /// Milliseconds that the device needed for the passes of the last picture.
+    pub passes: Vec<(&'static str, f32)>,
     pub memory: Usage,
     pub plants: usize,
     pub triangles: u64,
@@ -114,9 +124,12 @@ pub enum WorldStatus {
         rig: Rig,
         progress: terrain::Progress,
         playing: bool,
-        off: Vec<Process>,
+        off: Vec<Kind>,
+        /// Strokes of the brush that can be taken back.
+        strokes: usize,
         per_picture: u32,
         legend: Option<Legend>,
+        tracing: bool,
         traced: Option<Traced>,
     },
     Zoom {
@@ -124,6 +137,8 @@ pub enum WorldStatus {
         level: u32,
         /// To the surface, cells of the level.
         cells: f64,
+        /// Of the ground below, radians.
+        slope: f64,
         code: String,
         course: Course,
         drawn: Drawn,
@@ -140,20 +155,23 @@ pub struct Traced {
     pub noise: Option<f64>,
     /// A second.
     pub rate: f64,
+    /// Seconds until all are there.
+    pub left: f64,
 }
 
-impl Default for Rig {
-    fn default() -> Self {
-        Rig { eye: glam::Vec3::ZERO, azimuth: 0.0, elevation: 0.0, roll: 0.0 }
-    }
+/// What there is to do.
+#[derive(Default)]
+struct Load {
+    /// Commands that have not been obeyed.
+    pending: AtomicUsize,
+    busy: AtomicBool,
 }
 
 /// The window's end.
 pub struct Engine {
     commands: Sender<Command>,
     news: Receiver<News>,
-    /// Commands that there is still something to do for.
-    pending: Arc<AtomicUsize>,
+    load: Arc<Load>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -163,8 +181,8 @@ impl Engine {
         let (commands, inbox) = channel();
         let (outbox, news) = channel();
         let gpu = gpu.clone();
-        let pending = Arc::new(AtomicUsize::new(0));
-        let counter = pending.clone();
+        let load = Arc::<Load>::default();
+        let own_load = load.clone();
         let thread = std::thread::Builder::new().name("engine".into()).spawn(move || {
             let speaker = Speaker { outbox, wake: Box::new(wake) };
             let session = Session {
@@ -173,12 +191,12 @@ impl Engine {
                 cache: None,
                 validation,
             };
-            let mut works = Works::new(gpu, inbox, speaker, session, counter);
+            let mut works = Works::new(gpu, inbox, speaker, session, own_load);
             if let Err(error) = works.run() {
                 works.speaker.say(News::Ended(error));
             }
         });
-        Engine { commands, news, pending, thread: thread.ok() }
+        Engine { commands, news, load, thread: thread.ok() }
     }
 
     pub fn send(&self, command: Command) {
@@ -186,7 +204,7 @@ impl Engine {
         if matches!(command, Command::Open(_) | Command::Edit(_) | Command::Restart | Command::Quit) {
             interrupt::cancel(true);
         }
-        self.pending.fetch_add(1, Ordering::Relaxed);
+        self.load.pending.fetch_add(1, Ordering::SeqCst);
         // An engine that has ended has said why.
         let _ = self.commands.send(command);
     }
@@ -201,7 +219,12 @@ impl Engine {
 
     /// Whether nothing is left to do until there is a command.
     pub fn is_idle(&self) -> bool {
-        self.pending.load(Ordering::Relaxed) == 0
+        self.load.pending.load(Ordering::SeqCst) == 0 && !self.load.busy.load(Ordering::SeqCst)
+    }
+
+    /// Whether it keeps up with what it is told.
+    pub fn is_listening(&self) -> bool {
+        self.load.pending.load(Ordering::SeqCst) < 4
     }
 
     /// Whether its thread has ended.
@@ -245,6 +268,9 @@ enum Slice {
     Gone,
 }
 
+/// What a slice of work is done with.
+type Means<'a> = (&'a mut Studio, &'a Speaker, &'a Receiver<Command>, &'a Load);
+
 /// What all worlds are shown with.
 struct Studio {
     gpu: Gpu,
@@ -257,6 +283,7 @@ struct Studio {
     /// Made when the first land is seen.
     renderer: Option<Arc<raster::Renderer>>,
     timings: Vec<(&'static str, f32)>,
+    passes: Vec<(&'static str, f32)>,
 }
 
 /// The thread's end.
@@ -264,7 +291,7 @@ struct Works {
     studio: Studio,
     inbox: Receiver<Command>,
     speaker: Speaker,
-    pending: Arc<AtomicUsize>,
+    load: Arc<Load>,
     stage: Stand,
     told: Instant,
 }
@@ -287,7 +314,7 @@ impl Works {
         inbox: Receiver<Command>,
         speaker: Speaker,
         session: Session,
-        pending: Arc<AtomicUsize>,
+        load: Arc<Load>,
     ) -> Works {
         let studio = Studio {
             gpu,
@@ -298,18 +325,15 @@ impl Works {
             frames: Vec::new(),
             renderer: None,
             timings: Vec::new(),
+            passes: Vec::new(),
         };
-        Works { studio, inbox, speaker, pending, stage: Stand::Empty, told: Instant::now() }
+        Works { studio, inbox, speaker, load, stage: Stand::Empty, told: Instant::now() }
     }
 
     fn run(&mut self) -> Result<(), Error> {
         let mut idle = true;
-        let mut obeyed = 0;
         loop {
-            if idle {
-                // Those that have come since keep it from being idle.
-                self.pending.fetch_sub(std::mem::take(&mut obeyed), Ordering::Relaxed);
-            }
+            self.load.busy.store(!idle, Ordering::SeqCst);
             let command = if idle {
                 match self.inbox.recv_timeout(PATIENCE) {
                     Ok(command) => Some(command),
@@ -324,7 +348,8 @@ impl Works {
                 }
             };
             if let Some(command) = command {
-                obeyed += 1;
+                self.load.busy.store(true, Ordering::SeqCst);
+                self.load.pending.fetch_sub(1, Ordering::SeqCst);
                 if matches!(command, Command::Quit) {
                     return Ok(());
                 }
@@ -336,7 +361,7 @@ impl Works {
             let slice = self.slice();
             let slice = match self.forgive(slice)? {
                 Some(Slice::Interrupted(command)) => {
-                    obeyed += 1;
+                    self.load.pending.fetch_sub(1, Ordering::SeqCst);
                     let result = self.obey(*command);
                     self.forgive(result)?;
                     Some(Slice::Worked)
@@ -372,6 +397,11 @@ impl Works {
                 // Its memory is needed for the next.
                 *stage = Stand::Empty;
                 studio.timings.clear();
+                studio.passes.clear();
+                if studio.renderer.is_none() && world.zoom.is_none() {
+                    let work = Some(("preparing programs for the device".into(), 0, 0));
+                    speaker.say(News::Status(Box::new(Status { work, ..Status::default() })));
+                }
                 *stage = match &world.zoom {
                     Some(_) => Stand::Zoom(Box::new(Zoom::new(studio, &world)?)),
                     None => Stand::Land(Box::new(Land::new(studio, &world)?)),
@@ -408,13 +438,13 @@ impl Works {
     }
 
     fn slice(&mut self) -> Result<Slice, Error> {
-        let Works { studio, stage, speaker, inbox, .. } = self;
+        let Works { studio, stage, speaker, inbox, load, .. } = self;
         if studio.size.contains(&0) {
             return Ok(Slice::Idle);
         }
         match stage {
             Stand::Empty => Ok(Slice::Idle),
-            Stand::Land(land) => land.slice((studio, speaker, inbox)),
+            Stand::Land(land) => land.slice((studio, speaker, inbox, load)),
             Stand::Zoom(zoom) => zoom.slice(studio, speaker),
         }
     }
@@ -480,6 +510,7 @@ fn status(studio: &Studio, (plants, triangles): (usize, u64)) -> Status {
         world: WorldStatus::None,
         work: None,
         timings: studio.timings.clone(),
+        passes: studio.passes.clone(),
         memory: studio.gpu.memory(),
         plants,
         triangles,

@@ -1,6 +1,6 @@
 //! Path tracing from where the eye is: a picture that gets better as long as nobody moves.
 
-use super::{Command, Frame, Land, News, Speaker, Status, Studio, Traced, land::show};
+use super::{Command, Frame, Land, Means, News, Speaker, Status, Studio, Traced, land::show};
 use crate::app::Error;
 use crate::core::camera::Pinhole;
 use crate::formats;
@@ -8,7 +8,8 @@ use crate::scene::{Film, Scene};
 use crate::trace::{Assets, Sums, Tracer, Tracing};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError};
+use std::sync::atomic::Ordering;
+use std::sync::mpsc::TryRecvError;
 use std::time::{Duration, Instant};
 
 /// Between two looks at what has been traced: developing it takes time, too.
@@ -44,7 +45,7 @@ impl Trace {
     /// Traces until there are `samples` a pixel or another command comes.
     pub fn run(
         &mut self,
-        (studio, speaker, inbox): (&mut Studio, &Speaker, &Receiver<Command>),
+        (studio, speaker, inbox, load): Means<'_>,
         land: &Land,
         scene: &Scene,
         samples: u32,
@@ -74,14 +75,17 @@ impl Trace {
         let (begun, before) = (Instant::now(), tracing.sums().progress().1);
         let mut looked = None;
         let ended = loop {
-            match inbox.try_recv() {
+            let command = inbox.try_recv();
+            let ends = matches!(&command, Ok(command) if !goes_on(command, studio.size));
+            // One that ends it is counted where it is obeyed.
+            if command.is_ok() && !ends {
+                load.pending.fetch_sub(1, Ordering::SeqCst);
+            }
+            match command {
                 Ok(Command::Picture(path)) => save(&mut tracing, &film, &path, speaker)?,
                 Ok(Command::Steer(steering)) if steering.is_still() => studio.steering = steering,
-                // One that is traced is not asked for again.
-                Ok(Command::Trace(true)) => {}
-                Ok(Command::Trace(false)) => break Ended::Done,
-                Ok(Command::Size(size)) if size == studio.size => {}
-                Ok(Command::Quit) | Err(TryRecvError::Disconnected) => break Ended::Gone,
+                Ok(command) if !ends => drop(command),
+                Err(TryRecvError::Disconnected) => break Ended::Gone,
                 Ok(command) => break Ended::By(command),
                 Err(TryRecvError::Empty) => {}
             }
@@ -90,15 +94,14 @@ impl Trace {
             let is_time = looked.is_none_or(|since: Instant| since.elapsed() >= LOOKS);
             if (all && is_time) || !more {
                 let (each, gathered) = tracing.sums().progress();
-                self.traced = Some(Traced {
-                    samples: each,
-                    of: samples,
-                    noise: tracing.sums().noise(),
-                    rate: (gathered - before) as f64 / begun.elapsed().as_secs_f64(),
-                });
+                let rate = (gathered - before) as f64 / begun.elapsed().as_secs_f64();
+                let pixels = f64::from(film.width) * f64::from(film.height);
+                let left = (f64::from(samples) - each).max(0.0) * pixels / rate.max(1.0);
+                let noise = tracing.sums().noise();
+                self.traced = Some(Traced { samples: each, of: samples, noise, rate, left });
                 let image = show(studio, &tracing.sums().picture(), &film)?;
                 speaker.say(News::Frame(Frame { image, scale: 1.0 }));
-                let status = Status { world: land.status_with(self.traced), ..super::status(studio, land.counts()) };
+                let status = Status { world: land.status_with(more, self.traced), ..super::status(studio, land.counts()) };
                 speaker.say(News::Status(Box::new(status)));
                 looked = Some(Instant::now());
             }
@@ -112,9 +115,19 @@ impl Trace {
     }
 }
 
+/// Whether a command changes nothing of what is traced.
+fn goes_on(command: &Command, size: [u32; 2]) -> bool {
+    match command {
+        Command::Picture(_) | Command::Trace(true) | Command::Section(_) => true,
+        Command::Steer(steering) => steering.is_still(),
+        Command::Size(other) => *other == size,
+        _ => false,
+    }
+}
+
 fn busy(land: &Land, studio: &Studio, what: &str) -> Status {
     Status {
-        world: land.status(),
+        world: land.status_with(true, None),
         work: Some((what.into(), 0, 0)),
         ..super::status(studio, land.counts())
     }

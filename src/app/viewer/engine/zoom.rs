@@ -59,6 +59,8 @@ pub struct Zoom {
     way_out: Option<(Approach, Depth)>,
     paused: bool,
     detail: usize,
+    /// Of the ground below, radians.
+    slope: f64,
     drawn: Drawn,
 }
 
@@ -87,6 +89,7 @@ impl Zoom {
             way_out: None,
             paused: false,
             detail: 0,
+            slope: 0.0,
             drawn: Drawn::default(),
         })
     }
@@ -209,6 +212,7 @@ impl Zoom {
         self.renderer.reshape(&film, samples)?;
         let shot = self.renderer.render(&self.view())?;
         let image = show(studio, &shot.picture, &film)?;
+        self.slope = self.flight.slope(self.renderer.spine());
         self.drawn = Drawn { leaves: shot.leaves, drawn: shot.drawn, made: shot.made };
         speaker.say(News::Frame(Frame { image, scale }));
         studio.took("picture", begun);
@@ -304,6 +308,7 @@ impl Zoom {
             depth: clearance.depth(),
             level: clearance.level,
             cells: clearance.cells,
+            slope: self.slope,
             code: self.location().code(),
             course: if self.paused { Course::Hand } else { self.course },
             drawn: self.drawn,

@@ -5,6 +5,8 @@
 //! as long as they take, so both are made in steps of some milliseconds, between which the device can do other things. Light may lag
 //! behind ground that changes: pictures then show the new shape in the old light.
 
+mod parts;
+
 use super::patches::{self, Prepared, top, values};
 use super::population::{Care, Crowd, Kept};
 use super::{Exposure, Lit, Maps, Overlay, Renderer, overlay};
@@ -20,8 +22,9 @@ use crate::scene::{
 };
 use crate::shaders::{
     Frame, Patch,
-    raster::{coat, swift},
+    raster::{coat, fine, sort, swift},
 };
+use parts::{Programs, TILE, Tiles};
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -38,12 +41,16 @@ pub struct Live {
     kept: Kept,
     canvas: Option<Canvas>,
     drawing: Option<Drawing>,
+    /// Of tiles, by detail.
+    pace: [Pace; 2],
     timings: Vec<Timing>,
 }
 
 struct Passes {
     coat: Compute<coat::Shader>,
-    swift: Compute<swift::Shader>,
+    sort: Compute<sort::Shader>,
+    swift: Option<Programs<swift::Shader>>,
+    fine: Option<Programs<fine::Shader>>,
     overlay: overlay::Pass,
     developer: Developer,
 }
@@ -90,7 +97,7 @@ struct Canvas {
     radiance: Image<Rgba32f>,
     /// There once plants have been seen.
     plant: Option<Image<Rgba32ui>>,
-    pace: [Pace; 2],
+    tiles: Tiles,
 }
 
 /// A picture under way.
@@ -98,33 +105,26 @@ struct Drawing {
     view: View,
     target: Image<Rgba8>,
     crowd: Crowd,
-    /// The next row of pixels.
+    /// The next row of tiles.
     row: u32,
 }
 
 /// Time that a submission should take: a window waits no longer.
 const SLICE: Duration = Duration::from_millis(30);
 
-/// Sizes submissions by the time that rows took.
+/// Sizes submissions by the time that things took: seconds for each.
 #[derive(Clone, Copy)]
-struct Pace {
-    seconds_a_row: f64,
-}
+struct Pace(f64);
 
 impl Pace {
-    /// Before anything is known: some microseconds a column.
-    fn guessed(columns: u32) -> Pace {
-        Pace { seconds_a_row: 4e-6 * f64::from(columns) }
+    fn fits(self, budget: Duration) -> u32 {
+        (budget.as_secs_f64() / self.0) as u32
     }
 
-    fn rows(self, budget: Duration) -> u32 {
-        ((budget.as_secs_f64() / self.seconds_a_row) as u32).max(1)
-    }
-
-    fn took(&mut self, rows: u32, time: Duration) {
-        let found = time.as_secs_f64().max(1e-7) / f64::from(rows.max(1));
-        // Rows differ; the slowest of the last ones counts most.
-        self.seconds_a_row = found.max(0.7 * self.seconds_a_row);
+    fn took(&mut self, count: u32, time: Duration) {
+        let found = time.as_secs_f64().max(1e-7) / f64::from(count.max(1));
+        // They differ; the slowest of the last ones counts most.
+        self.0 = found.max(0.7 * self.0);
     }
 }
 
@@ -136,7 +136,9 @@ impl Live {
     pub fn new(gpu: &Gpu, renderer: Arc<Renderer>, scene: Scene) -> gpu::Result<Live> {
         let passes = Passes {
             coat: Compute::new(gpu, ())?,
-            swift: Compute::new(gpu, ())?,
+            sort: Compute::new(gpu, ())?,
+            swift: None,
+            fine: None,
             overlay: overlay::Pass::new(gpu)?,
             developer: Developer::new(gpu)?,
         };
@@ -153,6 +155,7 @@ impl Live {
             kept: Kept::default(),
             canvas: None,
             drawing: None,
+            pace: [Pace(2e-4), Pace(1e-3)],
             timings: Vec::new(),
         };
         live.assume_open()?;
@@ -227,6 +230,18 @@ impl Live {
         patches::camera(&scene, film, &self.bounds)
     }
 
+    /// Slope, normal, and the weights of materials, as they are now, in the light that is there: for overlays.
+    ///
+    /// # Errors
+    /// No memory, or a lost device.
+    pub fn maps(&self) -> gpu::Result<Maps> {
+        let mut rec = self.recorder();
+        let frame = self.frame(&anywhere(), &NO_FILM, 1);
+        rec.upload(&self.prepared.frame, &[frame]);
+        rec.submit()?.wait()?;
+        self.renderer.maps.draw(&self.gpu, &self.scene, &self.prepared, &self.light.exposure)
+    }
+
     /// Whether light is that of the scene as it is now.
     pub fn is_lit(&self) -> bool {
         self.light.stale == 0
@@ -243,7 +258,7 @@ impl Live {
             return Ok(false);
         }
         let row = self.light.row;
-        let count = self.light.pace.rows(budget.min(SLICE)).min(cells - row).min(self.light.stale);
+        let count = self.light.rows(budget);
         let start = Instant::now();
         let mut rec = self.recorder();
         let frame = self.frame(&anywhere(), &NO_FILM, 1);
@@ -290,14 +305,15 @@ impl Live {
             self.canvas = Some(Canvas::new(&self.gpu, size)?);
         }
         let frame = self.frame(&view.camera, film, view.samples);
+        self.passes.prepare(&self.gpu, view.detail, frame.sky)?;
         self.prepared.camera = view.camera;
         self.prepared.sample_angle = frame.sample_angle;
+        let Some(canvas) = &self.canvas else { return Ok(()) };
         let mut rec = self.recorder();
         rec.upload(&self.prepared.frame, &[frame]);
         let whole = [[1.0; 2], [0.0; 2]];
-        if let Some(Canvas { range, depth, .. }) = &self.canvas {
-            self.renderer.record_range(&mut rec, (&self.prepared, &self.scene), whole, range, depth);
-        }
+        let seen = (&self.prepared, &self.scene);
+        self.renderer.record_range(&mut rec, seen, whole, &canvas.range, &canvas.depth);
         self.note(rec.submit()?.wait()?.timings);
         let care = match view.detail {
             Detail::Swift => Care::Swift,
@@ -306,63 +322,66 @@ impl Live {
         let population = &self.renderer.population;
         let crowd = population.look(&self.gpu, &self.scene, &self.prepared, &mut self.kept, care)?;
         self.draw_plants(&crowd, size)?;
+        self.sort()?;
         self.drawing = Some(Drawing { view: view.clone(), target: target.clone(), crowd, row: 0 });
         Ok(())
     }
 
-    /// Draws some more rows of the picture under way, for about as long as `budget` (but at least one row). False once it is finished, or
-    /// if there is none.
+    /// Sorts the samples of the picture by what they see.
+    fn sort(&mut self) -> gpu::Result<()> {
+        let mut rec = self.recorder();
+        let Some(canvas) = &mut self.canvas else { return Ok(()) };
+        let masks = canvas.tiles.record(&mut rec, &self.passes.sort, &self.prepared.frame, &canvas.range);
+        let finished = rec.submit()?.wait()?;
+        let list = canvas.tiles.sort(&masks.take(&finished));
+        let mut rec = Recorder::new(&self.gpu);
+        rec.upload(&canvas.tiles.list, &list);
+        rec.submit()?.wait()?;
+        self.note(finished.timings);
+        Ok(())
+    }
+
+    /// Draws some more rows of the picture under way, for about as long as `budget` (but at least as many as a workgroup has). False once it
+    /// is finished, or if there is none.
     ///
     /// # Errors
     /// A lost device.
     pub fn step(&mut self, budget: Duration) -> gpu::Result<bool> {
         let (Some(drawing), Some(canvas)) = (&self.drawing, &self.canvas) else { return Ok(false) };
         let View { film, samples, detail, overlay, .. } = &drawing.view;
-        let pace = canvas.pace[*detail as usize];
-        let first = drawing.row;
-        let count = (pace.rows(budget.min(SLICE)) / samples).clamp(1, film.height - first);
-        let rows = first..first + count;
+        let Canvas { range, radiance, tiles, .. } = canvas;
+        let detail = *detail;
+        let most = self.pace[detail as usize].fits(budget.min(SLICE));
+        let rows = drawing.row..drawing.row + tiles.rows_of(drawing.row, most);
+        let finished = rows.end == tiles.rows();
         let start = Instant::now();
         let mut rec = self.recorder();
-        let lines = rows.start * samples..rows.end * samples;
-        let Canvas { range, radiance, .. } = canvas;
         match detail {
-            Detail::Swift => self.record_swift(&mut rec, &drawing.crowd, lines, canvas),
-            Detail::Full => {
-                let exposure = &self.light.exposure;
-                let lit =
-                    Lit { scene: &self.scene, prepared: &self.prepared, exposure, crowd: &drawing.crowd };
-                self.renderer.record_shade(&mut rec, &lit, ([0; 2], lines), range, radiance);
-            }
+            Detail::Swift => self.record_swift(&mut rec, &drawing.crowd, rows.clone(), canvas),
+            Detail::Full => self.record_fine(&mut rec, &drawing.crowd, rows.clone(), canvas),
         }
+        // Pixels of which all samples are there.
+        let pixel_row = |row: u32| if row == tiles.rows() { film.height } else { row * TILE / samples };
+        let pixel_rows = pixel_row(rows.start)..pixel_row(rows.end);
         let development =
             Development { samples: *samples, exposure: film.exposure, tone_map: film.tone_map };
         let (developer, target) = (&self.passes.developer, &drawing.target);
-        developer.develop_rows(&mut rec, radiance, target, development, rows.clone());
-        if let Some(overlay) = overlay {
-            let seen = (&self.prepared.frame, range, *samples);
-            self.passes.overlay.record(&mut rec, overlay, seen, target, rows);
+        if !pixel_rows.is_empty() {
+            developer.develop_rows(&mut rec, radiance, target, development, pixel_rows.clone());
+            if let Some(overlay) = overlay {
+                let seen = (&self.prepared.frame, range, *samples);
+                self.passes.overlay.record(&mut rec, overlay, seen, target, pixel_rows);
+            }
         }
-        let (index, height, samples) = (*detail as usize, film.height, *samples);
+        let count = tiles.within(rows.clone()).map(|tiles| tiles.len() as u32).sum();
         let timings = rec.submit()?.wait()?.timings;
+        self.pace[detail as usize].took(count, start.elapsed());
         self.note(timings);
-        if let Some(canvas) = &mut self.canvas {
-            canvas.pace[index].took(count * samples, start.elapsed());
-        }
-        let row = first + count;
         match &mut self.drawing {
-            Some(drawing) if row < height => drawing.row = row,
+            Some(drawing) if !finished => drawing.row = rows.end,
             _ => self.drawing = None,
         }
         Ok(self.drawing.is_some())
-    }
-
-    /// The ground as maps, in the light as it is measured so far.
-    ///
-    /// # Errors
-    /// A lost device, or no memory.
-    pub fn maps(&self) -> gpu::Result<Maps> {
-        self.renderer.maps.draw(&self.gpu, &self.scene, &self.prepared, &self.light.exposure)
     }
 
     /// Time on the device of the picture drawn last and of what was lit since, by pass; empty where a device doesn't tell.
@@ -399,7 +418,7 @@ impl Live {
         let cells = side(self.scene.ground.grid);
         let mut row = 0;
         while row < cells {
-            let count = self.light.pace.rows(SLICE).min(cells - row);
+            let count = self.light.rows_from(row, SLICE);
             let start = Instant::now();
             let mut rec = self.recorder();
             self.record_coat(&mut rec, row..row + count);
@@ -435,28 +454,66 @@ impl Live {
         );
     }
 
+    /// Shades some rows of tiles.
     fn record_swift(&self, rec: &mut Recorder, crowd: &Crowd, rows: Range<u32>, canvas: &Canvas) {
         let ground = &self.scene.ground;
         let Lighting { exposure, coat, relief, .. } = &self.light;
-        let Canvas { range, radiance, .. } = canvas;
-        rec.dispatch(
-            &self.passes.swift,
-            [range.size()[0], rows.len() as u32],
-            swift::Push { coarse_cells: coat.size()[0] as i32, first: rows.start as i32 },
-            swift::Bindings {
-                frame: &self.prepared.frame,
-                panorama: &self.prepared.panorama,
-                range,
-                radiance,
-                height: &ground.height,
-                water: &ground.water,
-                openness: &exposure.shelter.openness,
-                shadow: &exposure.shadow,
-                coat,
-                relief,
-                canopy: &crowd.canopy,
-            },
-        );
+        let Canvas { range, radiance, tiles, .. } = canvas;
+        let programs = self.passes.swift.iter().flat_map(Programs::iter);
+        for (program, own) in programs.zip(tiles.within(rows)).filter(|(_, own)| !own.is_empty()) {
+            rec.dispatch(
+                program,
+                [own.len() as u32 * TILE, TILE],
+                swift::Push { coarse_cells: coat.size()[0] as i32, first_tile: own.start },
+                swift::Bindings {
+                    frame: &self.prepared.frame,
+                    panorama: &self.prepared.panorama,
+                    range,
+                    radiance,
+                    height: &ground.height,
+                    water: &ground.water,
+                    openness: &exposure.shelter.openness,
+                    shadow: &exposure.shadow,
+                    coat,
+                    relief,
+                    canopy: &crowd.canopy,
+                    tiles: &tiles.list,
+                },
+            );
+        }
+    }
+
+    /// The same as [`Renderer`] does it.
+    fn record_fine(&self, rec: &mut Recorder, crowd: &Crowd, rows: Range<u32>, canvas: &Canvas) {
+        let ground = &self.scene.ground;
+        let exposure = &self.light.exposure;
+        let Canvas { range, radiance, tiles, .. } = canvas;
+        let programs = self.passes.fine.iter().flat_map(Programs::iter);
+        for (program, own) in programs.zip(tiles.within(rows)).filter(|(_, own)| !own.is_empty()) {
+            rec.dispatch(
+                program,
+                [own.len() as u32 * TILE, TILE],
+                fine::Push { coarse_cells: exposure.glow.size()[0] as i32, first_tile: own.start },
+                fine::Bindings {
+                    frame: &self.prepared.frame,
+                    panorama: &self.prepared.panorama,
+                    range,
+                    radiance,
+                    height: &ground.height,
+                    water: &ground.water,
+                    wetness: &ground.wetness,
+                    reef: &ground.reef,
+                    openness: &exposure.shelter.openness,
+                    surf: &exposure.shelter.surf,
+                    shadow: &exposure.shadow,
+                    glow: &exposure.glow,
+                    casts: &crowd.casts.casts,
+                    cast_maps: &crowd.casts.maps,
+                    canopy: &crowd.canopy,
+                    tiles: &tiles.list,
+                },
+            );
+        }
     }
 
     /// Draws and shades whoever is seen.
@@ -476,6 +533,22 @@ impl Live {
         self.renderer.record_foliage(&mut rec, &lit, [0; 2], (range, &plant), radiance);
         let timings = rec.submit()?.wait()?.timings;
         self.note(timings);
+        Ok(())
+    }
+}
+
+impl Passes {
+    /// Makes the programs that pictures under this sky need, if they are not there.
+    fn prepare(&mut self, gpu: &Gpu, detail: Detail, sky: u32) -> gpu::Result<()> {
+        match detail {
+            Detail::Swift if self.swift.as_ref().is_none_or(|programs| !programs.is_for(sky)) => {
+                self.swift = Some(Programs::new(gpu, sky, |part| swift::Constants { part, sky })?);
+            }
+            Detail::Full if self.fine.as_ref().is_none_or(|programs| !programs.is_for(sky)) => {
+                self.fine = Some(Programs::new(gpu, sky, |part| fine::Constants { part, sky })?);
+            }
+            Detail::Swift | Detail::Full => {}
+        }
         Ok(())
     }
 }
@@ -513,12 +586,23 @@ impl Lighting {
             relief: Image::new(gpu, "relief", [cells; 2])?,
             row: 0,
             stale: cells,
-            pace: Pace::guessed(cells),
+            pace: Pace(1e-3),
         })
     }
 
     fn stale(&mut self) {
         self.stale = self.coat.size()[1];
+    }
+
+    /// Rows to measure next.
+    fn rows(&self, budget: Duration) -> u32 {
+        self.rows_from(self.row, budget).min(self.stale)
+    }
+
+    /// As many rows as fit into a budget, whole workgroups if there are.
+    fn rows_from(&self, row: u32, budget: Duration) -> u32 {
+        let fit = self.pace.fits(budget.min(SLICE)) / TILE * TILE;
+        fit.max(TILE).min(self.coat.size()[1] - row)
     }
 }
 
@@ -529,7 +613,7 @@ impl Canvas {
             depth: Image::new(gpu, "depth", size)?,
             radiance: Image::new(gpu, "radiance", size)?,
             plant: None,
-            pace: [Pace::guessed(size[0]); 2],
+            tiles: Tiles::new(gpu, size)?,
         })
     }
 }

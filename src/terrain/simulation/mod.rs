@@ -1,4 +1,8 @@
-//! A run from bare ground to a finished island, cut into submissions of bounded length.
+//! A run from bare ground to a finished island, cut into submissions of bounded length; [`live`] is what a hand may do to it meanwhile.
+
+mod live;
+
+pub use live::{Brush, BrushKind, Kind, Snapshot};
 
 use super::{
     Fields, Plan, Process,
@@ -76,6 +80,20 @@ impl Layer {
         }
     }
 
+    /// Of its values.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Layer::Height
+            | Layer::Water
+            | Layer::Sediment
+            | Layer::Wear
+            | Layer::Deposit
+            | Layer::Reef => "m",
+            Layer::Flow => "m³/s",
+            Layer::Wetness => "",
+        }
+    }
+
     /// Whether the processes of `plan` make this layer.
     pub fn exists_in(self, plan: &Plan) -> bool {
         match self {
@@ -99,6 +117,10 @@ pub struct Simulation {
     current: usize,
     pace: Pace,
     layer: Compute<layer::Shader>,
+    /// Processes that are left out.
+    off: Vec<Kind>,
+    brushes: live::Brushes,
+    touched: bool,
 }
 
 /// The processes of a stage run in turn in each of its iterations.
@@ -142,12 +164,30 @@ impl StageWork {
         (self.done, self.processes_done, self.passes_done) = (iteration, process as usize, pass);
     }
 
-    /// Records the next passes: `most`, or what is left of the stage. Returns how many.
-    fn record(&mut self, rec: &mut Recorder, fields: &mut Fields, most: u32) -> u32 {
+    /// Records the next passes: `most`, or what is left of the stage up to iteration `last`. Returns how many. A process that is `off`
+    /// counts as one pass in each iteration.
+    fn record(
+        &mut self,
+        rec: &mut Recorder,
+        fields: &mut Fields,
+        (most, last): (u32, u32),
+        off: &[Kind],
+    ) -> u32 {
         let mut recorded = 0;
-        while self.done < self.iterations {
+        while self.done < self.iterations.min(last) {
             let iteration = self.done + 1;
+            let kind = Kind::of(self.stage, self.processes_done);
             match self.processes.get_mut(self.processes_done) {
+                Some(process) if self.passes_done == 0 && kind.is_some_and(|kind| off.contains(&kind)) => {
+                    if recorded == most {
+                        break;
+                    }
+                    if iteration == 1 {
+                        process.begin(rec, fields);
+                    }
+                    self.processes_done += 1;
+                    recorded += 1;
+                }
                 Some(process) if self.passes_done < process.passes(iteration) => {
                     if recorded == most {
                         break;
@@ -184,21 +224,31 @@ impl Simulation {
             .collect::<gpu::Result<_>>()?;
         let layer = Compute::new(gpu, ())?;
         let (gpu, plan, pace) = (gpu.clone(), plan.clone(), Pace::default());
-        Ok(Simulation { gpu, plan, fields, stages, current: 0, pace, layer })
+        let (off, brushes, touched) = (Vec::new(), live::Brushes::default(), false);
+        Ok(Simulation { gpu, plan, fields, stages, current: 0, pace, layer, off, brushes, touched })
     }
 
     /// Advances by as many passes of the current stage as fit into `budget` (at least one, and never more than one
     /// submission should hold), and waits for them. The land does not depend on how a run is cut.
     pub fn step(&mut self, budget: Duration) -> gpu::Result<Progress> {
+        self.step_to(u32::MAX, budget)
+    }
+
+    /// The same, but not beyond iteration `last` of the current stage.
+    fn step_to(&mut self, last: u32, budget: Duration) -> gpu::Result<Progress> {
         let Some(work) = self.stages.get_mut(self.current) else { return Ok(self.progress()) };
         let most = self.pace.passes(budget.min(longest_submission(&self.gpu)));
 
         let start = Instant::now();
         let mut rec = Recorder::new(&self.gpu);
         let mut passes = 0;
-        rec.scope(work.stage.name(), |rec| passes = work.record(rec, &mut self.fields, most));
+        rec.scope(work.stage.name(), |rec| {
+            passes = work.record(rec, &mut self.fields, (most, last), &self.off);
+        });
         rec.submit()?.wait()?;
-        self.pace.took(passes, start.elapsed());
+        if passes > 0 {
+            self.pace.took(passes, start.elapsed());
+        }
 
         self.end_stage();
         Ok(self.progress())
@@ -206,7 +256,7 @@ impl Simulation {
 
     /// Goes over to the next stage when one is done.
     fn end_stage(&mut self) {
-        let done = self.stages.get(self.current).is_some_and(|work| work.done == work.iterations);
+        let done = self.stages.get(self.current).is_some_and(|work| work.done >= work.iterations);
         if done && self.current + 1 < self.stages.len() {
             self.current += 1;
             self.pace = Pace::default();
@@ -295,10 +345,17 @@ impl Simulation {
     /// A copy of one layer as it is now; 0 where the world has no process that makes it.
     pub fn layer(&self, layer: Layer) -> gpu::Result<Image<R32f>> {
         let image = Image::new(&self.gpu, layer.name(), [self.plan.grid.cells; 2])?;
+        let mut rec = Recorder::new(&self.gpu);
+        self.record_layer(&mut rec, layer, self.sea_level(), &image);
+        rec.submit()?.wait()?;
+        Ok(image)
+    }
+
+    fn record_layer(&self, rec: &mut Recorder, layer: Layer, sea_level: f32, image: &Image<R32f>) {
         let fields = &self.fields;
         let push = layer::Push {
             layer: layer as u32,
-            sea_level: self.sea_level(),
+            sea_level,
             sea_of_rivers: self.plan.acting_sea_level(),
             wet_memory: self.plan.hydraulic.map_or(1.0, |params| params.wet_memory.max(f32::MIN_POSITIVE)),
         };
@@ -310,12 +367,9 @@ impl Simulation {
             axis: fields.axis.src(),
             diagonal: fields.diagonal.src(),
             reef: &fields.reef,
-            layer_out: &image,
+            layer_out: image,
         };
-        let mut rec = Recorder::new(&self.gpu);
         rec.dispatch(&self.layer, image.size(), push, bindings);
-        rec.submit()?.wait()?;
-        Ok(image)
     }
 }
 

@@ -1,0 +1,257 @@
+//! A desktop that nobody sees: an X server, a window manager, and a hand at keyboard and mouse (Xvfb, openbox, xdotool).
+
+use super::program;
+use image::RgbImage;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// The screen, with all that belongs to it.
+pub struct Desktop {
+    server: Child,
+    manager: Child,
+    display: String,
+    folder: tempfile::TempDir,
+}
+
+/// The screen's size, pixels.
+const SCREEN: &str = "1280x800x24";
+
+/// How long anything may take. Shaders are compiled for minutes where that was never done.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+impl Desktop {
+    pub fn new() -> Desktop {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", SCREEN, "-nolisten", "tcp", "-fbdir"])
+            .arg(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb is installed (scripts/install.sh validation)");
+        let mut number = String::new();
+        let out = server.stdout.take().expect("it is piped");
+        BufReader::new(out).read_line(&mut number).expect("the server tells its number");
+        let display = format!(":{}", number.trim());
+        let manager = Command::new("openbox")
+            .env("DISPLAY", &display)
+            .env("HOME", folder.path())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("openbox is installed (scripts/install.sh validation)");
+        Desktop { server, manager, display, folder }
+    }
+
+    /// Starts the viewer with these arguments in a folder, and waits for its window.
+    pub fn view(&self, folder: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Viewer<'_> {
+        let widgets = folder.join("widgets.txt");
+        let mut command = program::command(folder, &["view"]);
+        command.args(arguments).env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY");
+        command.env("TERRANE_STATE", folder.join("state")).env("TERRANE_WIDGETS", &widgets);
+        command.envs(environment.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let child = command.spawn().expect("the program runs");
+        let mut viewer = Viewer { desktop: self, child: Some(child), widgets, window: String::new() };
+        viewer.window = viewer.wait_for_window();
+        viewer
+    }
+
+    /// What is on the screen.
+    pub fn screen(&self) -> RgbImage {
+        let bytes = fs::read(self.folder.path().join("Xvfb_screen0")).expect("the server's screen");
+        // The header of an X window dump: numbers of 32 bits, the highest byte first.
+        let field = |index: usize| {
+            let at = 4 * index;
+            u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
+        };
+        let [header, width, height, line, colours] = [0, 4, 5, 12, 19].map(field);
+        assert_eq!((field(7), field(11)), (0, 32), "the lowest byte first, 32 bits a pixel");
+        let pixels = &bytes[(header + 12 * colours) as usize..];
+        RgbImage::from_fn(width, height, |x, y| {
+            let at = (y * line + 4 * x) as usize;
+            image::Rgb([pixels[at + 2], pixels[at + 1], pixels[at]])
+        })
+    }
+
+    fn hand(&self, words: &[&str]) -> Output {
+        let done = Command::new("xdotool").args(words).env("DISPLAY", &self.display).output();
+        done.expect("xdotool is installed (scripts/install.sh validation)")
+    }
+}
+
+impl Drop for Desktop {
+    fn drop(&mut self) {
+        for child in [&mut self.manager, &mut self.server] {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// A viewer on the desktop.
+pub struct Viewer<'a> {
+    desktop: &'a Desktop,
+    child: Option<Child>,
+    widgets: PathBuf,
+    window: String,
+}
+
+impl Viewer<'_> {
+    #[track_caller]
+    fn wait_for_window(&mut self) -> String {
+        self.wait("a window", |viewer| {
+            let found = viewer.desktop.hand(&["search", "--onlyvisible", "--name", "terrane"]);
+            let text = String::from_utf8_lossy(&found.stdout).into_owned();
+            text.lines().next().map(String::from).filter(|_| !viewer.shown().is_empty())
+        })
+    }
+
+    /// Tries until there is something.
+    #[track_caller]
+    fn wait<T>(&mut self, what: &str, mut look: impl FnMut(&Self) -> Option<T>) -> T {
+        let begun = Instant::now();
+        loop {
+            if let Some(found) = look(self) {
+                return found;
+            }
+            let ended = self.child.as_mut().and_then(|child| child.try_wait().expect("it can be waited for"));
+            if ended.is_some() || begun.elapsed() > PATIENCE {
+                let shown = self.shown();
+                let mut child = self.child.take().expect("it runs");
+                let _ = child.kill();
+                let output = child.wait_with_output().expect("it can be waited for");
+                panic!("no {what}; shown was\n{shown}\n{}", program::stderr(&output));
+            }
+            sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Everything that has a name, a line each: where it is and what it is called.
+    pub fn shown(&self) -> String {
+        fs::read_to_string(&self.widgets).unwrap_or_default()
+    }
+
+    /// Waits until something is shown whose name begins so.
+    #[track_caller]
+    pub fn see(&mut self, name: &str) {
+        self.place(name);
+    }
+
+    #[track_caller]
+    fn place(&mut self, name: &str) -> [String; 2] {
+        self.wait(name, |viewer| {
+            viewer.shown().lines().find_map(|line| {
+                let mut words = line.splitn(3, ' ');
+                let (x, y, found) = (words.next()?, words.next()?, words.next()?);
+                found.starts_with(name).then(|| [x.into(), y.into()])
+            })
+        })
+    }
+
+    /// Waits until nothing is shown any more whose name begins so.
+    #[track_caller]
+    pub fn see_no(&mut self, name: &str) {
+        self.wait(&format!("end of {name}"), |viewer| {
+            let is_there = viewer.shown().lines().any(|line| {
+                line.splitn(3, ' ').nth(2).is_some_and(|found| found.starts_with(name))
+            });
+            (!is_there).then_some(())
+        });
+    }
+
+    /// Clicks on what has a name that begins so.
+    #[track_caller]
+    pub fn push(&mut self, name: &str) {
+        let [x, y] = self.place(name);
+        self.hand(&["mousemove", "--window", &self.window.clone(), &x, &y, "click", "1"]);
+    }
+
+    /// Presses keys, `ctrl+z` for example.
+    pub fn key(&self, key: &str) {
+        self.hand(&["key", "--clearmodifiers", key]);
+    }
+
+    /// Holds a key down for a while.
+    pub fn hold(&self, key: &str, time: Duration) {
+        self.hand(&["keydown", key]);
+        sleep(time);
+        self.hand(&["keyup", key]);
+    }
+
+    pub fn type_in(&self, text: &str) {
+        self.hand(&["type", "--delay", "20", text]);
+    }
+
+    /// Drags from one place of the window to another, pixels.
+    pub fn drag(&self, [from_x, from_y]: [u32; 2], [to_x, to_y]: [u32; 2], button: &str) {
+        let window = self.window.as_str();
+        let at = |x: u32, y: u32| [x.to_string(), y.to_string()];
+        let [x, y] = at(from_x, from_y);
+        self.hand(&["mousemove", "--window", window, &x, &y, "mousedown", button]);
+        for step in 1..=10 {
+            let between = |from: u32, to: u32| (from * (10 - step) + to * step) / 10;
+            let [x, y] = at(between(from_x, to_x), between(from_y, to_y));
+            self.hand(&["mousemove", "--window", window, &x, &y]);
+        }
+        self.hand(&["mouseup", button]);
+    }
+
+    /// Turns the wheel at a place.
+    pub fn wheel(&self, [x, y]: [u32; 2], up: bool) {
+        let (x, y) = (x.to_string(), y.to_string());
+        self.hand(&["mousemove", "--window", &self.window, &x, &y, "click", if up { "4" } else { "5" }]);
+    }
+
+    pub fn resize(&self, [width, height]: [u32; 2]) {
+        self.hand(&["windowsize", &self.window, &width.to_string(), &height.to_string()]);
+    }
+
+    pub fn minimise(&self) {
+        self.hand(&["windowminimize", &self.window]);
+    }
+
+    pub fn restore(&self) {
+        self.hand(&["windowmap", &self.window, "windowactivate", "--sync", &self.window]);
+    }
+
+    /// Waits until it has ended.
+    #[track_caller]
+    pub fn end(mut self) -> Output {
+        let begun = Instant::now();
+        let mut child = self.child.take().expect("it runs");
+        while child.try_wait().expect("it can be waited for").is_none() {
+            if begun.elapsed() > PATIENCE {
+                let _ = child.kill();
+                let output = child.wait_with_output().expect("it can be waited for");
+                panic!("it does not end: {}", program::stderr(&output));
+            }
+            sleep(Duration::from_millis(20));
+        }
+        child.wait_with_output().expect("it can be waited for")
+    }
+
+    /// Ends it as a crash would.
+    pub fn kill(mut self) {
+        if let Some(mut child) = self.child.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+
+    fn hand(&self, words: &[&str]) {
+        let output = self.desktop.hand(words);
+        assert!(output.status.success(), "xdotool {words:?}: {}", program::stderr(&output));
+    }
+}
+
+impl Drop for Viewer<'_> {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
