@@ -154,13 +154,8 @@ fn a_background_is_what_tiles_would_show() {
     let gpu = kit::gpu();
     let light = light();
     let octaves = 40;
-    let layered = Settings {
-        octaves,
-        clear: 0.3,
-        layers: Some(background::layers(octaves)),
-        face: 640,
-        ..SETTINGS
-    };
+    let layered =
+        Settings { octaves, clear: 0.3, layers: Some(background::layers(octaves)), face: 640, ..SETTINGS };
     let mut differ = 0;
     for (seed, depth) in [(1, 23), (2, 24), (3, 29), (4, 30)] {
         let [mut tiles, mut behind] = [Settings { layers: None, ..layered }, layered]
@@ -170,12 +165,16 @@ fn a_background_is_what_tiles_would_show() {
             let mut view = steered(surface(seed), Depth::level(depth));
             view.attitude.yaw = view.attitude.yaw.wrapping_add(quarter << 14);
             // As they are developed: outlines are not as sharp in a background, that is all.
-            let [expected, found] = [&mut tiles, &mut behind]
-                .map(|renderer| shot(renderer, &view).developed(ToneMap::Filmic));
+            let [expected, found] =
+                [&mut tiles, &mut behind].map(|renderer| shot(renderer, &view).developed(ToneMap::Filmic));
             let apart: Vec<u8> = expected.iter().zip(&found).map(|(a, b)| a.abs_diff(*b)).collect();
             let far = apart.iter().filter(|apart| **apart > 24).count();
             let mean = apart.iter().map(|apart| f64::from(*apart)).sum::<f64>() / apart.len() as f64;
-            println!("depth {depth}, to {}°: mean {mean:.3}, {far} of {} far apart", 90 * quarter, apart.len());
+            println!(
+                "depth {depth}, to {}°: mean {mean:.3}, {far} of {} far apart",
+                90 * quarter,
+                apart.len()
+            );
             assert!(mean < 0.1 && far < apart.len() / 1000);
             differ += usize::from(mean > 0.0);
         }

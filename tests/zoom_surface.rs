@@ -512,12 +512,7 @@ fn slopes_of_random_places_drift() {
         let mut squares = 0.0;
         let count = 1500;
         for _ in 0..count {
-            let patch = Patch::start(
-                &surface,
-                words.word() as i64 >> 1,
-                words.word() as i64 >> 1,
-                2,
-            );
+            let patch = Patch::start(&surface, words.word() as i64 >> 1, words.word() as i64 >> 1, 2);
             let (mut cell, mut corners) = (patch.cell(0, 0), patch.corners(0, 0));
             for _ in 0..LEVELS {
                 let quarter = (words.word() >> 62) as u32;

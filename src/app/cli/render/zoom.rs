@@ -70,7 +70,9 @@ impl Job<'_> {
         let settings = zoom.settings(film, way.fov());
         memory::check_zoom(&settings, film, &world.light.sky, &memory::Limits::of(&gpu))?;
         let mut renderer = view::Renderer::new(&gpu, way.surface(), settings, &world.light, film)?;
-        way.come_to(renderer.spine(), self.on_the_way(self.shots.start), || interrupt::check(&session.report))?;
+        way.come_to(renderer.spine(), self.on_the_way(self.shots.start), || {
+            interrupt::check(&session.report)
+        })?;
         way.check(renderer.spine(), &self.shots)?;
         let (mut ahead, frames_ahead) = (Ahead::default(), way.frames_in(Ahead::LEVELS));
         for number in self.shots.clone() {
