@@ -225,7 +225,7 @@ struct Instance {
     // The messenger writes here until the instance is gone.
     _log: Option<MessageLog>,
     // The loader's library stays mapped as long as the functions in it may be called.
-    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "kept alive"))]
+    #[cfg_attr(not(feature = "viewer"), allow(dead_code, reason = "kept alive"))]
     entry: ash::Entry,
 }
 

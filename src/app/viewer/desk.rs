@@ -97,6 +97,8 @@ pub struct Desk {
     /// log₂ of how much faster than usual it goes.
     speed: f32,
     looking: bool,
+    /// Whether a drag goes round the middle of the picture, or looks round.
+    orbits: bool,
     pacing: Pacing,
     over: bool,
     messages: Vec<(Instant, String, bool)>,
@@ -155,6 +157,7 @@ impl Desk {
             steering: Steering::default(),
             speed: 0.0,
             looking: false,
+            orbits: true,
             pacing: Pacing::default(),
             over: false,
             messages: Vec::new(),
@@ -458,7 +461,12 @@ impl Desk {
                     self.say("copied the code of this place".into(), false);
                 }
             }
-            Action::OtherCamera | Action::Autopilot | Action::WayBack => {}
+            Action::OtherCamera => {
+                self.orbits = !self.orbits;
+                let does = if self.orbits { "goes round the middle of the picture" } else { "looks round" };
+                self.say(format!("a drag {does}"), false);
+            }
+            Action::Autopilot | Action::WayBack => {}
         }
     }
 
@@ -1054,12 +1062,13 @@ impl Desk {
         if response.clicked() {
             ui.memory_mut(|memory| memory.stop_text_input());
         }
+        let dragged = response.drag_delta();
         if self.looking && moved != Vec2::ZERO {
             self.engine.send(Command::Turn(flat(moved)));
-        } else if response.dragged_by(PointerButton::Secondary) && response.drag_delta() != Vec2::ZERO {
-            self.engine.send(Command::Turn(flat(response.drag_delta())));
-        } else if response.dragged_by(PointerButton::Primary) && response.drag_delta() != Vec2::ZERO {
-            self.engine.send(Command::Orbit(flat(response.drag_delta())));
+        } else if dragged != Vec2::ZERO && response.dragged_by(PointerButton::Primary) && self.orbits {
+            self.engine.send(Command::Orbit(flat(dragged)));
+        } else if dragged != Vec2::ZERO {
+            self.engine.send(Command::Turn(flat(dragged)));
         }
         if response.hovered() || self.looking {
             let wheel = ui.input(|input| input.smooth_scroll_delta.y);

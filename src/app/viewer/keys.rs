@@ -161,8 +161,17 @@ pub const TABLE: &[Row] = &[
         "the mouse looks around, or points at things again",
     ),
     mouse(Group::Flying, "Wheel", "faster or slower; by itself speed follows the distance to the ground"),
-    press(Group::View, Action::OtherCamera, &[key(Key::O)], "orbit the middle of the picture, or fly"),
-    mouse(Group::View, "Drag", "orbit; with the right button move sideways; the wheel goes near and far"),
+    press(
+        Group::View,
+        Action::OtherCamera,
+        &[key(Key::O)],
+        "a drag goes round the middle of the picture, or looks round",
+    ),
+    mouse(
+        Group::View,
+        "Drag",
+        "go round the middle of the picture; with the right button look round; the wheel goes near and far",
+    ),
     press(Group::View, Action::FrameAll, &[key(Key::Home)], "all of the land in the picture"),
     press(Group::View, Action::Bookmark(1), &[key(Key::Num1)], "back to place 1; 2 to 9 likewise"),
     press(

@@ -561,7 +561,12 @@ impl Live {
     }
 
     /// Draws whoever is seen.
-    fn draw_plants(&mut self, crowd: &Crowd, size: [u32; 2], (detail, sky): (Detail, u32)) -> gpu::Result<()> {
+    fn draw_plants(
+        &mut self,
+        crowd: &Crowd,
+        size: [u32; 2],
+        (detail, sky): (Detail, u32),
+    ) -> gpu::Result<()> {
         let Some(canvas) = self.canvas.as_mut().filter(|_| crowd.materials().is_some()) else {
             return Ok(());
         };
