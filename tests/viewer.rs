@@ -5,6 +5,7 @@
 mod kit;
 
 use kit::desktop::Desktop;
+use kit::picture::flip;
 use kit::program::{good, json, stderr};
 use std::fs;
 use std::path::Path;
@@ -13,6 +14,9 @@ use std::time::Duration;
 /// A small island that is done in seconds.
 const ISLAND: &str = "# A comment that stays.\nformat = 1\nreef = \"none\"\n\n[terrain]\ncells = 64 # few\n\n\
     [erosion.hydraulic]\nduration = 40 # seconds\n\n[erosion.thermal]\nrepose = 35\n\n[render]\nspp = 4096\n";
+
+/// Somewhere in it.
+const PLACE: &str = "PLACE_CODE";
 
 const ZOOM: &str = "format = 1\n\n[zoom]\ntile = 4\ndepth = 3\n";
 
@@ -45,6 +49,21 @@ fn an_island_is_watched_changed_and_left() {
     viewer.key("ctrl+a");
     viewer.key("BackSpace");
     viewer.see("camera");
+    viewer.key("Escape");
+
+    // A number of the world, written and taken back.
+    viewer.push("find a key");
+    viewer.type_in("repose");
+    viewer.see_no("camera");
+    viewer.push("erosion.thermal.repose");
+    viewer.key("ctrl+a");
+    viewer.type_in("30\n");
+    viewer.see("not saved");
+    viewer.key("ctrl+z");
+    viewer.see_no("not saved");
+    viewer.push("find a key");
+    viewer.key("ctrl+a");
+    viewer.key("BackSpace");
     viewer.key("Escape");
 
     // Processes off and on, a single step, and from the start.
@@ -112,6 +131,28 @@ fn a_picture_is_traced_and_saved() {
     viewer.see("error about");
     viewer.push("Stop");
     viewer.see("Trace paths");
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
+#[test]
+fn files_are_opened_and_written() {
+    let folder = folder_with(&[("island.toml", ISLAND), ("zoom.toml", ZOOM)]);
+    let folder = folder.path();
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x540"], &[]);
+    viewer.see("finished");
+    viewer.key("ctrl+e");
+    viewer.see("Write files");
+    viewer.push("slope");
+    viewer.push("Write files");
+    viewer.see_no("Write files");
+    viewer.wait("slope", |_| folder.join("island").read_dir().ok()?.next());
+
+    viewer.key("ctrl+o");
+    viewer.push("zoom.toml");
+    viewer.push("Open");
+    viewer.see("Flight");
     viewer.key("ctrl+q");
     good(&viewer.end());
 }
@@ -186,6 +227,33 @@ fn a_lost_device_ends_it_and_nothing_else() {
         let kept = fs::read_dir(folder.path().join("state/recovery")).expect("it is kept");
         assert!(kept.flatten().any(|file| file.path().extension().is_some_and(|ending| ending == "json")));
         fs::remove_dir_all(folder.path().join("state")).expect("it is there");
+    }
+}
+
+#[test]
+fn windows_look_as_they_should() {
+    let go = "push Stop\npush a place's code\ntype PLACE\nkey Enter\nwait 5\n".replace("PLACE", PLACE);
+    for (name, world, acts) in [
+        ("start", "", "wait 5\n"),
+        ("island", ISLAND, "push Layers\nmove 600 300\nwait 30\n"),
+        ("zoom", ZOOM, go.as_str()),
+    ] {
+        let script = format!("{acts}wait quiet\nwait 5\nscreenshot shot.png\nquit\n");
+        let folder = folder_with(&[("world.toml", world), ("acts.txt", &script)]);
+        let mut arguments = vec!["--size", "800x450", "--script", "acts.txt"];
+        arguments.extend((!world.is_empty()).then_some("world.toml"));
+        let desktop = Desktop::new();
+        good(&desktop.view(folder.path(), &arguments, &[]).end());
+        let path = format!("{}/tests/golden/window_{name}.png", env!("CARGO_MANIFEST_DIR"));
+        let found = folder.path().join("shot.png");
+        if std::env::var_os("TERRANE_BLESS").is_some() {
+            fs::copy(&found, &path).expect("it is written");
+        }
+        let [golden, found] =
+            [Path::new(&path), &found].map(|path| image::open(path).expect("a picture").into_rgb8());
+        // Numbers that tell what was done on the way may differ; nothing else does.
+        let difference = flip(&golden, &found);
+        assert!(difference < 0.01, "{name}: FLIP {difference}");
     }
 }
 

@@ -4,6 +4,7 @@ use super::program;
 use image::RgbImage;
 use std::fs;
 use std::io::{BufRead, BufReader};
+use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::thread::sleep;
@@ -18,7 +19,7 @@ pub struct Desktop {
 }
 
 /// The screen's size, pixels.
-const SCREEN: &str = "1280x800x24";
+const SCREEN: [u32; 2] = [1280, 800];
 
 /// How long anything may take. Shaders are compiled for minutes where that was never done.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -26,8 +27,9 @@ const PATIENCE: Duration = Duration::from_secs(300);
 impl Desktop {
     pub fn new() -> Desktop {
         let folder = tempfile::tempdir().expect("a folder");
+        let screen = format!("{}x{}x24", SCREEN[0], SCREEN[1]);
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", SCREEN, "-nolisten", "tcp", "-noreset", "-fbdir"])
+            .args(["-displayfd", "1", "-screen", "0", &screen, "-nolisten", "tcp", "-noreset", "-fbdir"])
             .arg(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -48,11 +50,17 @@ impl Desktop {
 
     /// Starts the viewer with these arguments in a folder, and waits for its window.
     pub fn view(&self, folder: &Path, arguments: &[&str], environment: &[(&str, &str)]) -> Viewer<'_> {
-        let widgets = folder.join("widgets.txt");
         let mut command = program::command(folder, &["view"]);
-        command.args(arguments).env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY");
+        command.args(arguments).envs(environment.iter().copied());
+        self.start(folder, command)
+    }
+
+    /// The same by a command of one's own.
+    pub fn start(&self, folder: &Path, mut command: Command) -> Viewer<'_> {
+        let widgets = folder.join("widgets.txt");
+        command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY");
         command.env("TERRANE_STATE", folder.join("state")).env("TERRANE_WIDGETS", &widgets);
-        command.envs(environment.iter().copied()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let child = command.spawn().expect("the program runs");
         let mut viewer = Viewer { desktop: self, child: Some(child), widgets, window: String::new() };
         viewer.window = viewer.wait_for_window();
@@ -61,19 +69,28 @@ impl Desktop {
 
     /// What is on the screen.
     pub fn screen(&self) -> RgbImage {
-        let bytes = fs::read(self.folder.path().join("Xvfb_screen0")).expect("the server's screen");
-        // The header of an X window dump: numbers of 32 bits, the highest byte first.
-        let field = |index: usize| {
-            let at = 4 * index;
-            u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes"))
+        let [width, height] = SCREEN;
+        let rows = (0..height).flat_map(|y| self.row([0, y], width)).flatten().collect();
+        RgbImage::from_raw(width, height, rows).expect("whole rows")
+    }
+
+    /// Pixels of the screen from a place to the right.
+    pub fn row(&self, [x, y]: [u32; 2], width: u32) -> Vec<[u8; 3]> {
+        let file = fs::File::open(self.folder.path().join("Xvfb_screen0")).expect("the server's screen");
+        let read = |at: u64, bytes: usize| {
+            let mut buffer = vec![0; bytes];
+            file.read_exact_at(&mut buffer, at).expect("it is that long");
+            buffer
         };
-        let [header, width, height, line, colours] = [0, 4, 5, 12, 19].map(field);
+        // The header of an X window dump: numbers of 32 bits, the highest byte first.
+        let header = read(0, 80);
+        let field = |index: usize| {
+            u32::from_be_bytes(header[4 * index..4 * index + 4].try_into().expect("four bytes"))
+        };
+        let [begin, line, colours] = [0, 12, 19].map(field);
         assert_eq!((field(7), field(11)), (0, 32), "the lowest byte first, 32 bits a pixel");
-        let pixels = &bytes[(header + 12 * colours) as usize..];
-        RgbImage::from_fn(width, height, |x, y| {
-            let at = (y * line + 4 * x) as usize;
-            image::Rgb([pixels[at + 2], pixels[at + 1], pixels[at]])
-        })
+        let at = begin + 12 * colours + y * line + 4 * x;
+        read(at.into(), 4 * width as usize).chunks_exact(4).map(|bgr| [bgr[2], bgr[1], bgr[0]]).collect()
     }
 
     fn hand(&self, words: &[&str]) -> Output {
@@ -210,6 +227,16 @@ impl Viewer<'_> {
         self.hand(&["windowsize", &self.window, &width.to_string(), &height.to_string()]);
     }
 
+    /// Where its inside begins on the screen, pixels.
+    pub fn origin(&self) -> [u32; 2] {
+        let told = self.desktop.hand(&["getwindowgeometry", "--shell", &self.window]);
+        let told = String::from_utf8_lossy(&told.stdout);
+        ["X=", "Y="].map(|name| {
+            let line = told.lines().find_map(|line| line.strip_prefix(name)).expect("it is told");
+            line.parse().expect("a place on the screen")
+        })
+    }
+
     pub fn minimise(&self) {
         self.hand(&["windowminimize", &self.window]);
     }
@@ -224,6 +251,16 @@ impl Viewer<'_> {
         let status = fs::read_to_string(format!("/proc/{id}/status")).expect("it runs");
         let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("it is told");
         line.trim().trim_end_matches("kB").trim().parse().expect("a number")
+    }
+
+    /// Time that its process has spent on processors.
+    pub fn spent(&self) -> Duration {
+        let id = self.child.as_ref().expect("it runs").id();
+        let stat = fs::read_to_string(format!("/proc/{id}/stat")).expect("it runs");
+        let (_, fields) = stat.rsplit_once(')').expect("the name ends there");
+        // After its name: user and system time, hundredths of a second.
+        let ticks = fields.split_whitespace().skip(11).take(2).map(|field| field.parse::<u64>().expect("a number"));
+        Duration::from_millis(10 * ticks.sum::<u64>())
     }
 
     /// Waits until it has ended.

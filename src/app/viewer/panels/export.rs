@@ -119,7 +119,7 @@ impl Form {
                 }
             }
             None => {
-                if ui.add_enabled(mistake.is_none(), egui::Button::new("Export")).clicked() {
+                if ui.add_enabled(mistake.is_none(), egui::Button::new("Write files")).clicked() {
                     outcome = Some(Outcome::Export(self.arguments()));
                 }
                 if ui.button("Close").clicked() {
