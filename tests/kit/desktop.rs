@@ -42,10 +42,18 @@ impl Desktop {
         let manager = Command::new("openbox")
             .env("DISPLAY", &display)
             .env("HOME", folder.path())
+            .stdout(Stdio::null())
             .stderr(Stdio::null())
             .spawn()
             .expect("openbox is installed (scripts/install.sh validation)");
-        Desktop { server, manager, display, folder }
+        let desktop = Desktop { server, manager, display, folder };
+        // A window that opens before the manager is there may never be shown.
+        let begun = Instant::now();
+        while !desktop.hand(&["get_num_desktops"]).status.success() {
+            assert!(begun.elapsed() < PATIENCE, "openbox does not start");
+            sleep(Duration::from_millis(20));
+        }
+        desktop
     }
 
     /// Starts the viewer with these arguments in a folder, and waits for its window.
@@ -192,6 +200,11 @@ impl Viewer<'_> {
         self.hand(&["key", "--clearmodifiers", key]);
     }
 
+    /// The same of a viewer that may end meanwhile.
+    pub fn press(&self, key: &str) {
+        self.desktop.hand(&["key", key]);
+    }
+
     /// Holds a key down for a while.
     pub fn hold(&self, key: &str, time: Duration) {
         self.hand(&["keydown", key]);
@@ -251,6 +264,10 @@ impl Viewer<'_> {
         let status = fs::read_to_string(format!("/proc/{id}/status")).expect("it runs");
         let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).expect("it is told");
         line.trim().trim_end_matches("kB").trim().parse().expect("a number")
+    }
+
+    pub fn is_running(&mut self) -> bool {
+        self.child.as_mut().is_some_and(|child| child.try_wait().expect("it can be waited for").is_none())
     }
 
     /// Time that its process has spent on processors.

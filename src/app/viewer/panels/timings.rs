@@ -123,8 +123,8 @@ impl Timings {
             .include_x(0.0)
             .include_y(0.0)
             .set_margin_fraction(egui::vec2(0.0, 0.05))
-            .legend(Legend::default())
             .show_axes([false, true])
+            .y_axis_label("ms")
             .legend(Legend::default().hidden_items(self.rows.keys().map(|name| egui::Id::new(*name))))
             .show(ui, |plot| {
                 for (name, row) in self.rows.iter().filter(|(_, row)| !row.on_device) {

@@ -74,7 +74,7 @@ impl Welcome {
             self.pictures.resize(number + 1, None);
         }
         let picture = self.pictures[number].get_or_insert_with(|| load(ui.ctx(), world));
-        let size = vec2(PICTURE[0] + 8.0, PICTURE[1] + 54.0);
+        let size = vec2(PICTURE[0] + 8.0, PICTURE[1] + 58.0);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
         let visuals = ui.style().interact(&response);
         ui.painter().rect(rect, 4.0, visuals.bg_fill, visuals.bg_stroke, egui::StrokeKind::Inside);

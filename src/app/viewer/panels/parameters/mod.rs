@@ -29,8 +29,9 @@ pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Wishes {
     static SHAPE: LazyLock<Table> = LazyLock::new(world::shape);
 
     let words: Vec<String> = filter.split_whitespace().map(str::to_lowercase).collect();
+    let without = if document.world().zoom.is_some() { OF_LAND } else { &[] };
     let mut panel =
-        Panel { words, refused: document.refused(), edits: Vec::new(), browse: None, is_aside: false };
+        Panel { words, without, refused: document.refused(), edits: Vec::new(), browse: None, is_aside: false };
     let top = KeyPath::default();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if !panel.words.is_empty() && !SHAPE.keys.iter().any(|key| panel.leads_to(key, "")) {
@@ -41,10 +42,16 @@ pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Wishes {
     Wishes { edits: panel.edits, browse: panel.browse }
 }
 
+/// Keys that an endless zoom does not heed.
+const OF_LAND: &[&str] =
+    &["controls", "terrain", "erosion", "reef", "sea", "surface", "species", "models", "plants"];
+
 /// What is shown while it is shown.
 struct Panel<'a> {
     /// All of them must be in a key's name or meaning; in small letters.
     words: Vec<String>,
+    /// Keys of the world that mean nothing to it; they are shown if they are written.
+    without: &'static [&'static str],
     /// The last edit, if it was refused.
     refused: Option<&'a Refusal>,
     edits: Vec<Edit>,
@@ -83,7 +90,9 @@ impl Panel<'_> {
         let (sections, rows): (Vec<&Key>, Vec<&Key>) =
             table.keys.iter().partition(|key| is_section(&key.shape));
         for key in rows.into_iter().chain(sections) {
-            if is_fixed(&key.shape) || !self.leads_to(key, &path.to_string()) {
+            let is_written = item.is_some_and(|item| item.get(key.name).is_some());
+            let is_idle = *path == KeyPath::default() && self.without.contains(&key.name) && !is_written;
+            if is_idle || is_fixed(&key.shape) || !self.leads_to(key, &path.to_string()) {
                 continue;
             }
             let of_preset = preset.as_ref().and_then(|preset| preset.get(key.name));
