@@ -66,6 +66,8 @@ impl Desktop {
     /// The same by a command of one's own.
     pub fn start(&self, folder: &Path, mut command: Command) -> Viewer<'_> {
         let widgets = folder.join("widgets.txt");
+        // What another viewer has left there.
+        let _ = fs::remove_file(&widgets);
         command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY");
         command.env("TERRANE_STATE", folder.join("state")).env("TERRANE_WIDGETS", &widgets);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -165,14 +167,21 @@ impl Viewer<'_> {
         self.place(name);
     }
 
+    /// Where that is, pixels.
     #[track_caller]
-    fn place(&mut self, name: &str) -> [String; 2] {
+    pub fn place(&mut self, name: &str) -> [String; 2] {
         self.wait(name, |viewer| {
-            viewer.shown().lines().find_map(|line| {
-                let mut words = line.splitn(3, ' ');
-                let (x, y, found) = (words.next()?, words.next()?, words.next()?);
-                found.starts_with(name).then(|| [x.into(), y.into()])
-            })
+            let shown = viewer.shown();
+            let named = || {
+                shown.lines().filter_map(|line| {
+                    let mut words = line.splitn(3, ' ');
+                    let (x, y, found) = (words.next()?, words.next()?, words.next()?);
+                    found.starts_with(name).then(|| (found, [x.into(), y.into()]))
+                })
+            };
+            // One that is called so and nothing more, if there is one.
+            let (_, place) = named().find(|(found, _)| *found == name).or_else(|| named().next())?;
+            Some(place)
         })
     }
 
@@ -191,8 +200,12 @@ impl Viewer<'_> {
     /// Clicks on what has a name that begins so.
     #[track_caller]
     pub fn push(&mut self, name: &str) {
-        let [x, y] = self.place(name);
-        self.hand(&["mousemove", "--window", &self.window.clone(), &x, &y, "click", "1"]);
+        let place = self.place(name);
+        self.click(&place);
+    }
+
+    pub fn click(&self, [x, y]: &[String; 2]) {
+        self.hand(&["mousemove", "--window", &self.window, x, y, "click", "1"]);
     }
 
     /// Presses keys, `ctrl+z` for example.
@@ -276,7 +289,8 @@ impl Viewer<'_> {
         let stat = fs::read_to_string(format!("/proc/{id}/stat")).expect("it runs");
         let (_, fields) = stat.rsplit_once(')').expect("the name ends there");
         // After its name: user and system time, hundredths of a second.
-        let ticks = fields.split_whitespace().skip(11).take(2).map(|field| field.parse::<u64>().expect("a number"));
+        let ticks =
+            fields.split_whitespace().skip(11).take(2).map(|field| field.parse::<u64>().expect("a number"));
         Duration::from_millis(10 * ticks.sum::<u64>())
     }
 

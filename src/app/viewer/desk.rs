@@ -379,6 +379,8 @@ impl Desk {
         if !self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, &world)) {
             self.engine.send(Command::Edit(world.clone()));
             self.shown = Some(world);
+            // Panels that were drawn before the change show what was.
+            ui.ctx().request_repaint();
         }
         let Some(keeper) = &mut self.keeper else { return };
         match keeper.watch(document, Instant::now()) {

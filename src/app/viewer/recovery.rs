@@ -101,7 +101,10 @@ impl Keeper {
     /// Removes the file: all is saved, or the user wants none of it.
     pub fn forget(&mut self) {
         self.kept = None;
-        self.slot = None;
+        if let Some(slot) = self.slot.take() {
+            // What can't be removed is offered once more.
+            let _ = fs::remove_file(&slot.path);
+        }
     }
 }
 
@@ -130,10 +133,9 @@ impl Slot {
 }
 
 impl Drop for Slot {
-    /// The viewer is through with it. One that is killed leaves both files.
+    /// What is not saved when the viewer ends, in whatever way, stays for the next start.
     fn drop(&mut self) {
         // Nobody is left to tell.
-        let _ = fs::remove_file(&self.path);
         let _ = fs::remove_file(&self.lock_path);
     }
 }
@@ -282,7 +284,7 @@ mod tests {
         document.redo();
         keeper.keep(&document).expect("kept");
         drop(keeper);
-        assert_eq!(files(), 0);
+        assert_eq!(pending(folder.path()).len(), 1, "it ended and was not asked");
     }
 
     #[test]

@@ -30,8 +30,14 @@ pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Wishes {
 
     let words: Vec<String> = filter.split_whitespace().map(str::to_lowercase).collect();
     let without = if document.world().zoom.is_some() { OF_LAND } else { &[] };
-    let mut panel =
-        Panel { words, without, refused: document.refused(), edits: Vec::new(), browse: None, is_aside: false };
+    let mut panel = Panel {
+        words,
+        without,
+        refused: document.refused(),
+        edits: Vec::new(),
+        browse: None,
+        is_aside: false,
+    };
     let top = KeyPath::default();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if !panel.words.is_empty() && !SHAPE.keys.iter().any(|key| panel.leads_to(key, "")) {
