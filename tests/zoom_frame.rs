@@ -11,6 +11,7 @@ use terrane::{
         address::Attitude,
         background,
         height::{Refinement, Roughness, Spine, Surface},
+        marks::Marks,
         motion::{Autopilot, Depth},
         tree::Detail,
         view::{self, Ahead, Renderer, Settings, View},
@@ -235,6 +236,65 @@ fn nothing_pops_when_a_tile_is_split() {
     println!("{splits} splits, {changed} pixels not the same bits, {outlines} of outlines not the same");
     assert!(splits > 8 && changed > 0);
     assert!(outlines < splits);
+}
+
+/// Pixels that are not the same in two pictures.
+fn changed(one: &Picture, other: &Picture) -> usize {
+    one.pixels.iter().zip(&other.pixels).filter(|(one, other)| one != other).count()
+}
+
+#[test]
+fn marks_are_seen_and_leave_no_trace() {
+    let gpu = kit::gpu();
+    let surface = surface(5);
+    let none = Marks::default();
+    for depth in [3, 100] {
+        let view = steered(surface, Depth::level(depth));
+        let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
+        let bare = shot(&mut renderer, &view);
+        let ground = renderer.ranges(&view).unwrap().iter().filter(|range| **range > 0.0).count();
+        let mut with = |marks: Marks| {
+            renderer.mark(marks).unwrap();
+            changed(&bare, &shot(&mut renderer, &view))
+        };
+        // All of the ground, and nothing else.
+        assert_eq!(with(Marks { levels: true, ..none }), ground, "depth {depth}");
+        let borders = with(Marks { borders: true, ..none });
+        let edges = with(Marks { wireframe: true, ..none });
+        assert!(ground / 50 < borders && borders < edges && edges < ground, "{borders}, {edges} of {ground}");
+        for marks in [Marks { boxes: true, ..none }, Marks { corners: true, ..none }] {
+            let lines = with(marks);
+            assert!(50 < lines && lines < bare.pixels.len() * 3 / 4, "depth {depth}, {marks:?}: {lines}");
+        }
+        let sky = with(Marks { no_background: true, ..none });
+        assert!(sky <= bare.pixels.len() - ground, "depth {depth}: {sky}");
+        assert_eq!(sky > 0, depth == 100, "there is a background at depth 100 only: {sky}");
+        assert_eq!(with(none), 0, "depth {depth}");
+    }
+}
+
+#[test]
+fn frozen_tiles_stay() {
+    let gpu = kit::gpu();
+    let surface = surface(5);
+    let view = |depth| steered(surface, Depth(depth << 15));
+    let [here, there] = [view(60), view(63)];
+    let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
+    let usual = [&here, &there].map(|view| renderer.render(view).unwrap());
+    renderer.freeze(Some(&here)).unwrap();
+    let frozen = [&here, &there].map(|view| renderer.render(view).unwrap());
+    assert!(frozen[0].picture == usual[0].picture);
+    assert_ne!(usual[1].levels, usual[0].levels);
+    assert_eq!(frozen[1].levels, usual[0].levels);
+    assert_eq!(frozen[1].leaves, usual[0].leaves);
+    assert_eq!(frozen[1].altitude, usual[1].altitude);
+    assert!(frozen[1].picture != usual[1].picture);
+    // So far away, there are no digits to tell where they are.
+    for far in [view(10), view(200)] {
+        assert!(renderer.render(&far).is_err());
+    }
+    renderer.freeze(None).unwrap();
+    assert!(shot(&mut renderer, &there) == usual[1].picture);
 }
 
 /// Pictures of a way in, then of the way back, by a renderer that looks ahead and now and then forgets all it has.

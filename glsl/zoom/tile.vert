@@ -52,6 +52,7 @@ layout(push_constant, scalar) uniform Push {
     float unit;         // of places in whole numbers: a power of two
     float near;         // distance of the near plane
     vec2 fade;          // where the newest octave begins to go and where it is gone, spacings of its vertices
+    vec3 focus;         // what that is counted from: where the tiles have been selected for, from the eye
     float slope;        // of one unit of height a spacing
 } push;
 
@@ -59,6 +60,8 @@ layout(location = 0) out vec3 place;
 layout(location = 1) out vec2 slope;        // rise to the east and to the south
 layout(location = 2) out vec3 albedo;
 layout(location = 3) out float relief;
+layout(location = 4) out vec2 grid;         // quads from the tile's first vertex
+layout(location = 5) flat out uint level;   // of the tile
 
 const int SIDE = 1 << int(BITS);
 
@@ -153,6 +156,9 @@ float share_at_borders(float share, ivec2 at, uint borders) {
 void main() {
     TileView tile = tiles[gl_InstanceIndex];
     ivec2 at = ivec2(gl_VertexIndex % (SIDE + 1), gl_VertexIndex / (SIDE + 1));
+    // Before some are moved: so edges of all triangles lie where whole numbers do, and on their cells' diagonals.
+    grid = vec2(at);
+    level = tile.level - BITS;
     // An edge that faces a coarser tile has its vertices only.
     bvec4 on = edges(at);
     if (on.x && has(tile.borders, 0u) || on.y && has(tile.borders, 1u)) at.y &= ~1;
@@ -166,7 +172,7 @@ void main() {
 
     float share = 1.0;
     if (!has(tile.borders, 16u)) {
-        precise float range = length(coarse_place);
+        precise float range = length(coarse_place - push.focus);
         share = 1.0 - smoothstep(push.fade.x * tile.spacing, push.fade.y * tile.spacing, range);
     }
     share = share_at_borders(share, at, tile.borders);

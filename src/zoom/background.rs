@@ -12,7 +12,7 @@ use super::{
     address::{Cell, Fixed, Place},
     height::{Corners, Patch, Spine, Surface},
     motion::Distance,
-    paint::{Canvas, Frustum, Lattice, Painter, RELIEF_LEVELS, Stage},
+    paint::{Canvas, Frustum, Lattice, Painter, RELIEF_LEVELS, Sight, Stage},
     tiles::{Made, Tiles},
     tree::{Detail, Leaf, TooMany, Tree},
     view::{Error, wait},
@@ -497,7 +497,7 @@ impl Background {
     fn lay_next(&self, means: &mut Means, job: &Job) -> Result<Laying, Error> {
         let layer = job.keys[job.left - 1].layer;
         let band = Band::new(means.spine, &job.place, layer, self.detail, self.most)?;
-        let lattice = Lattice::new(self.surface, &band.eye, &band.leaves, band.level, self.bits)?;
+        let lattice = Lattice::new(self.surface, &band.eye, &band.leaves, (band.level, 0), self.bits)?;
         let seen = |face| {
             let frustum = Frustum::new(&face_camera(face, self.canvas.size()[0]));
             // What is near first: it hides the rest.
@@ -539,7 +539,8 @@ impl Background {
             let size = self.canvas.size();
             stage.look(&mut rec, size, &face_camera(laying.face, size[0]));
             let load = if laying.drawn == 0 { Load::Clear([0.0; 4]) } else { Load::Keep };
-            painter.draw(&mut rec, (&self.canvas, load), stage, tiles, (&laying.lattice, NEAR), &views)?;
+            let sight = Sight { lattice: &laying.lattice, near: NEAR, focus: [0.0; 3], looks: None };
+            painter.draw(&mut rec, (&self.canvas, load), stage, tiles, sight, &views)?;
             spent += end - laying.drawn;
             laying.drawn = end;
             if end == face.len() {

@@ -11,6 +11,7 @@
 pub mod address;
 pub mod background;
 pub mod height;
+pub mod marks;
 pub mod memory;
 pub mod mesh;
 pub mod motion;

@@ -3,6 +3,7 @@
 use super::{
     address::{Cell, Place},
     height::{AMPLITUDE, FRACTION_BITS, Refinement, Surface},
+    marks::Marks,
     tiles::{Slot, Tiles},
     tree::{Detail, Leaf, Tree},
 };
@@ -14,9 +15,10 @@ use crate::{
         format::{D32f, Format, Rgba32f},
     },
     scene::{Film, Light, light_frame, panorama, through},
-    shaders::{Frame, TileSource, TileView, zoom::tile},
+    shaders::{Frame, TileMarks, TileSource, TileView, zoom::tile},
 };
 use glam::{DVec3, Vec3};
+use std::array::from_fn;
 
 /// Levels from a tile to the one that its heights are compared with, to tell hollows from summits.
 pub(super) const RELIEF_LEVELS: u32 = 6;
@@ -52,6 +54,22 @@ pub(super) struct Painter {
     bits: u32,
     indices: Buffer<u32>,
     pass: Raster<tile::Shader>,
+    /// The same with marks, if there are any, and what these are.
+    marked: Option<(Marks, Raster<tile::Shader>)>,
+    /// What they look like.
+    looks: Buffer<TileMarks>,
+}
+
+/// How tiles are looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Sight<'a> {
+    pub lattice: &'a Lattice,
+    /// Distance of the near plane, cells of the lattice's reference.
+    pub near: f32,
+    /// From the eye to what tiles have been selected for, in such cells.
+    pub focus: [f32; 3],
+    /// What marks look like, where they are seen.
+    pub looks: Option<TileMarks>,
 }
 
 /// The light, and a camera as the device has it.
@@ -64,7 +82,7 @@ pub(super) struct Stage {
 /// Samples on their way to a picture: radiance (cd/m²) and the distance of the ground, 0 where there is none.
 pub(super) struct Canvas {
     pub radiance: Image<Rgba32f>,
-    depth: Image<D32f>,
+    pub depth: Image<D32f>,
 }
 
 impl Stage {
@@ -96,27 +114,37 @@ impl Canvas {
 
 impl Painter {
     pub fn new(gpu: &Gpu, surface: Surface, detail: Detail, bits: u32) -> gpu::Result<Painter> {
-        let state = RasterState {
-            color: &[Rgba32f::VK],
-            depth: Depth::TestWrite,
-            topology: Topology::Triangles,
-            // Nothing below is seen. Triangles smaller than a pixel may turn over when devices round their corners, though, and culling them leaves holes.
-            cull: Cull::None,
-            blend: Blend::None,
-        };
-        let bilinear = surface.refinement == Refinement::Bilinear;
-        let pass = Raster::new(gpu, tile::Constants { bits, bilinear }, &state)?;
-        Ok(Painter { gpu: gpu.clone(), surface, detail, bits, indices: indices(gpu, bits)?, pass })
+        Ok(Painter {
+            gpu: gpu.clone(),
+            surface,
+            detail,
+            bits,
+            indices: indices(gpu, bits)?,
+            pass: program(gpu, surface, bits, Marks::default())?,
+            marked: None,
+            looks: Buffer::new(gpu, "looks of marks", 1)?,
+        })
     }
 
-    /// Draws tiles that are ready. Lengths are in cells of the lattice's reference, `near` too.
+    /// Which marks tiles have from now on where they are seen.
+    pub fn mark(&mut self, marks: Marks) -> gpu::Result<()> {
+        let marks = marks.on_tiles();
+        self.marked = match self.marked.take() {
+            _ if marks == Marks::default() => None,
+            Some(made) if made.0 == marks => Some(made),
+            _ => Some((marks, program(&self.gpu, self.surface, self.bits, marks)?)),
+        };
+        Ok(())
+    }
+
+    /// Draws tiles that are ready.
     pub fn draw(
         &self,
         rec: &mut Recorder,
         (canvas, load): (&Canvas, Load),
         stage: &Stage,
         tiles: &Tiles,
-        (lattice, near): (&Lattice, f32),
+        sight: Sight,
         views: &[TileView],
     ) -> gpu::Result<()> {
         let targets = Targets { color: &[&canvas.radiance], depth: Some(&canvas.depth), load };
@@ -131,15 +159,23 @@ impl Painter {
         // ones nothing.
         let fade = [(sides + 1.5625) * spacings, 2.0 * sides * spacings];
         let push = tile::Push {
-            unit: lattice.unit(),
-            near,
+            unit: sight.lattice.unit(),
+            near: sight.near,
             fade: fade.map(|spacings| spacings as f32),
+            focus: sight.focus,
             slope: (self.surface.roughness.cells() / AMPLITUDE as f64) as f32,
         };
         let draw = IndexedDraw {
             indices: 0..self.indices.len() as u32,
             first_vertex: 0,
             instances: 0..views.len() as u32,
+        };
+        let pass = match (&self.marked, sight.looks) {
+            (Some((_, marked)), Some(looks)) => {
+                rec.upload(&self.looks, &[looks]);
+                marked
+            }
+            _ => &self.pass,
         };
         let [east, south] = tiles.gradients();
         rec.render(&targets, |draws| {
@@ -150,8 +186,9 @@ impl Painter {
                 tiles: &instances,
                 east,
                 south,
+                marks: &self.looks,
             };
-            draws.draw_indexed(&self.pass, &self.indices, &draw, push, bindings);
+            draws.draw_indexed(pass, &self.indices, &draw, push, bindings);
         });
         Ok(())
     }
@@ -222,23 +259,28 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
+    /// For an eye at a place and the tiles around it, and for eyes as near to the ground as tiles of a level that is `least` need.
     pub fn new(
         surface: Surface,
         place: &Place,
         leaves: &[Leaf],
-        reference: u32,
+        (reference, least): (u32, u32),
         bits: u32,
     ) -> Result<Lattice, TooDeep> {
         let levels = leaves.iter().map(|leaf| leaf.cell.level);
         let (coarsest, finest) = (levels.clone().min().unwrap_or(0), levels.max().unwrap_or(0));
+        let finest = finest.max(least);
         let level = finest + bits + DIGITS;
         if level - coarsest > MOST_DIGITS {
             return Err(TooDeep { levels: finest - coarsest });
         }
-        // Amplitudes are shorter than cells.
-        let up = place.y.slice(level - surface.roughness.halvings());
-        let eye = [place.x.slice(level), up, place.z.slice(level)];
-        Ok(Lattice { level, reference, surface, eye })
+        Ok(Lattice { level, reference, surface, eye: whole(&surface, place, level) })
+    }
+
+    /// From the eye to another place, cells of the reference.
+    pub fn to(&self, place: &Place) -> [f32; 3] {
+        let there = whole(&self.surface, place, self.level);
+        from_fn(|axis| there[axis].wrapping_sub(self.eye[axis]) as i64 as f32 * self.unit())
     }
 
     /// From the eye to a cell's lower corner, at a height in the unit of vertices `bits` finer.
@@ -269,6 +311,13 @@ impl Lattice {
     }
 }
 
+/// East, up and south of a place in cells of a level, modulo 2⁶⁴.
+fn whole(surface: &Surface, place: &Place, level: u32) -> [u64; 3] {
+    // Amplitudes are shorter than cells.
+    let up = place.y.slice(level - surface.roughness.halvings());
+    [place.x.slice(level), up, place.z.slice(level)]
+}
+
 /// What a camera sees: the normals of its sides, which point inwards; it sees nothing behind itself either.
 pub(super) struct Frustum([DVec3; 5]);
 
@@ -293,6 +342,23 @@ impl Frustum {
         self.0.iter().all(|side| (*side * low).max(*side * high).element_sum() >= 0.0)
     }
 }
+
+/// The program that draws tiles, with marks on them.
+fn program(gpu: &Gpu, surface: Surface, bits: u32, marks: Marks) -> gpu::Result<Raster<tile::Shader>> {
+    let bilinear = surface.refinement == Refinement::Bilinear;
+    let Marks { levels, borders, wireframe, .. } = marks;
+    Raster::new(gpu, tile::Constants { bits, bilinear, levels, borders, wireframe }, &STATE)
+}
+
+/// How all is drawn that is seen.
+pub(super) const STATE: RasterState = RasterState {
+    color: &[Rgba32f::VK],
+    depth: Depth::TestWrite,
+    topology: Topology::Triangles,
+    // Nothing below is seen. Triangles smaller than a pixel may turn over when devices round their corners, though, and culling them leaves holes.
+    cull: Cull::None,
+    blend: Blend::None,
+};
 
 /// Two triangles a quad, their diagonals in a checkerboard ([`rises`](super::height::rises)), counter-clockwise from above.
 fn indices(gpu: &Gpu, bits: u32) -> gpu::Result<Buffer<u32>> {

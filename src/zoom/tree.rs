@@ -186,9 +186,7 @@ impl Tree {
             surface: *surface,
             root: roots.cell(0, 0),
             roots: roots.size as u64 - 1,
-            eyes: (0..=MOST_DEPTH as u32)
-                .map(|depth| Eye::new(surface, place, roots.level() + depth))
-                .collect(),
+            eyes: eyes(surface, place, roots.level()),
             most,
             levels: vec![Level::default(); MOST_DEPTH + 1],
             count: 0,
@@ -260,6 +258,18 @@ impl Tree {
                 split.into_iter().map(|(at, _)| *at).filter(|at| waits(*at)).collect();
             waiting.into_iter().for_each(|at| self.close(depth, at));
         }
+    }
+
+    /// The same tiles, seen from another place.
+    pub fn look_from(&mut self, place: &Place) {
+        self.eyes = eyes(&self.surface, place, self.root.level);
+    }
+
+    /// From the eye to the first root, sides of it.
+    pub fn distance(&self) -> f64 {
+        let square = |(eye, node): (&Eye, &Node)| eye.square_to(self.root.x, self.root.z, node.corners);
+        let first = self.levels.first().and_then(|level| level.get(&[0, 0]));
+        self.eyes.first().zip(first).map_or(0.0, square).sqrt()
     }
 
     /// The eye, in cells of a level that the tree may have.
@@ -356,6 +366,11 @@ impl Tree {
         }
         Borders(bits)
     }
+}
+
+/// A place as seen from all levels that a tree may have.
+fn eyes(surface: &Surface, place: &Place, first: u32) -> Vec<Eye> {
+    (0..=MOST_DEPTH as u32).map(|depth| Eye::new(surface, place, first + depth)).collect()
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -7,8 +7,9 @@ use super::{
     address::{Attitude, Cell, Location, Place},
     background::{self, Background, Behind, Means},
     height::{Corners, Spine, Surface},
+    marks::{self, Lines, Marks},
     motion::{Buried, Clearance, Distance, clearance},
-    paint::{Canvas, Frustum, Lattice, Painter, Stage, TooDeep},
+    paint::{Canvas, Frustum, Lattice, Painter, Sight, Stage, TooDeep},
     tiles::{Heights, Made, Tiles},
     tree::{Detail, Leaf, TooMany, Tree},
 };
@@ -77,6 +78,8 @@ pub enum Error {
     Slots { needed: usize, slots: u32 },
     #[error(transparent)]
     TooDeep(#[from] TooDeep),
+    #[error("the tiles that were frozen are too far away")]
+    Away,
 }
 
 /// A picture, and what it took.
@@ -87,6 +90,8 @@ pub struct Shot {
     pub altitude: Distance,
     /// Tiles looked at, in all directions.
     pub leaves: usize,
+    /// Levels of the coarsest and the finest of these.
+    pub levels: [u32; 2],
     /// Those in the picture.
     pub drawn: usize,
     /// Those that were not there.
@@ -110,6 +115,10 @@ pub struct Renderer {
     canvas: Canvas,
     pixels: Image<Rgba32f>,
     develop: Compute<develop::Shader>,
+    marks: Marks,
+    /// Made when first wanted.
+    lines: Option<Lines>,
+    frozen: Option<Selection>,
     /// Time spent waiting for the device since the last picture.
     waited: Duration,
 }
@@ -118,6 +127,9 @@ pub struct Renderer {
 const EARLY: f64 = 1.25;
 /// more than this in one picture.
 const TILES_AHEAD: usize = 8;
+
+/// Sides of a root that frozen tiles may be away: whole numbers have the digits for twice as many.
+const FARTHEST: f64 = 128.0;
 
 /// What hides what is far.
 #[derive(Clone, Copy, Debug)]
@@ -131,6 +143,8 @@ struct Haze {
 /// What a view shows.
 #[derive(Clone, Debug)]
 pub struct Selection {
+    /// Where it was selected for.
+    place: Place,
     pub tree: Tree,
     /// To the surface.
     pub altitude: Distance,
@@ -169,6 +183,9 @@ impl Renderer {
             canvas: Canvas::new(gpu, "radiance", size.map(|side| side * samples))?,
             pixels: Image::new(gpu, "pixels", size)?,
             develop: Compute::new(gpu, ())?,
+            marks: Marks::default(),
+            lines: None,
+            frozen: None,
             waited: Duration::ZERO,
         })
     }
@@ -187,6 +204,32 @@ impl Renderer {
         self.pixels = Image::new(&self.gpu, "pixels", size)?;
         (self.film, self.settings.samples) = (*film, samples);
         Ok(())
+    }
+
+    /// What pictures show beside the surface from now on.
+    ///
+    /// # Errors
+    /// What the device has no room for.
+    pub fn mark(&mut self, marks: Marks) -> gpu::Result<()> {
+        self.painter.mark(marks)?;
+        if marks.has_lines() && self.lines.is_none() {
+            self.lines = Some(Lines::new(&self.gpu)?);
+        }
+        self.marks = marks;
+        Ok(())
+    }
+
+    /// From now on pictures show the tiles that this view selects, wherever they are taken from; without a view, those that each selects for itself.
+    ///
+    /// # Errors
+    /// As [`Renderer::select`].
+    pub fn freeze(&mut self, view: Option<&View>) -> Result<(), Error> {
+        self.frozen = view.map(|view| self.select(view)).transpose()?;
+        Ok(())
+    }
+
+    pub fn settings(&self) -> &Settings {
+        &self.settings
     }
 
     /// Patches of the surface, for flights.
@@ -235,16 +278,18 @@ impl Renderer {
     /// As [`Renderer::render`].
     pub fn render_in_haze(&mut self, view: &View, altitude: Option<Distance>) -> Result<Shot, Error> {
         let start = Instant::now();
-        let mut selection = self.select(view)?;
+        let mut selection = self.shown(view)?;
         if let Some(altitude) = altitude {
             selection.haze = self.haze(altitude);
         }
         // First, since its tiles may take slots.
-        let behind = {
+        let behind = if self.marks.no_background {
+            None
+        } else {
             let (background, mut means) = self.means();
             background.ensure(&mut means, &view.place, selection.altitude)?
         };
-        let made = self.make(view, &selection)?;
+        let made = self.make(&selection)?;
         let camera = camera(view, &self.film);
         let mut rec = Recorder::new(&self.gpu);
         let drawn = self.draw(&mut rec, view, &selection, &camera)?;
@@ -255,9 +300,12 @@ impl Renderer {
         let mut picture = Picture::new(width, height);
         picture.place([0, 0], width, &pixels);
         let Selection { tree, altitude, .. } = selection;
+        // From coarse to fine.
+        let leaves = tree.leaves();
+        let levels = [leaves.first(), leaves.last()].map(|leaf| leaf.map_or(0, |leaf| leaf.cell.level));
         let gpu = std::mem::take(&mut self.waited);
         let cpu = start.elapsed().saturating_sub(gpu);
-        Ok(Shot { picture, altitude, leaves: tree.leaves().len(), drawn, made, cpu, gpu })
+        Ok(Shot { picture, altitude, leaves: leaves.len(), levels, drawn, made, cpu, gpu })
     }
 
     /// The distance of the foreground for every sample of a picture, in cells of the altitude's level, row by row; 0 where there is none.
@@ -265,8 +313,8 @@ impl Renderer {
     /// # Errors
     /// As [`Renderer::render`].
     pub fn ranges(&mut self, view: &View) -> Result<Vec<f32>, Error> {
-        let selection = self.select(view)?;
-        self.make(view, &selection)?;
+        let selection = self.shown(view)?;
+        self.make(&selection)?;
         let mut rec = Recorder::new(&self.gpu);
         self.draw(&mut rec, view, &selection, &camera(view, &self.film))?;
         let download = rec.download(&self.canvas.radiance);
@@ -287,7 +335,7 @@ impl Renderer {
     /// As [`Renderer::render`].
     pub fn seen(&mut self, view: &View) -> Result<(Distance, Vec<(Leaf, Heights)>), Error> {
         let selection = self.select(view)?;
-        self.make(view, &selection)?;
+        self.make(&selection)?;
         let Selection { tree, altitude, .. } = selection;
         let frustum = Frustum::new(&camera(view, &self.film));
         let leaves: Vec<Leaf> = tree.leaves().into_iter().filter(|leaf| frustum.has(&tree, leaf)).collect();
@@ -308,7 +356,19 @@ impl Renderer {
         let mut wanted = background::above(&mut self.spine, &view.place, &roots);
         let tree = Tree::new(&surface, &view.place, &roots, detail, slots as usize)?;
         wanted.extend(tree.nodes());
-        Ok(Selection { tree, altitude, haze: self.haze(altitude), wanted })
+        Ok(Selection { place: view.place.clone(), tree, altitude, haze: self.haze(altitude), wanted })
+    }
+
+    /// What a picture of a view shows: what it selects, or what is frozen, as it is seen from there.
+    fn shown(&mut self, view: &View) -> Result<Selection, Error> {
+        let Some(mut frozen) = self.frozen.clone() else { return self.select(view) };
+        frozen.tree.look_from(&view.place);
+        if frozen.tree.distance() > FARTHEST {
+            return Err(Error::Away);
+        }
+        frozen.altitude = self.altitude(view)?;
+        frozen.haze = self.haze(frozen.altitude);
+        Ok(frozen)
     }
 
     fn haze(&self, altitude: Distance) -> Haze {
@@ -318,13 +378,13 @@ impl Renderer {
     }
 
     /// Makes the tiles that are not there; returns how many.
-    fn make(&mut self, view: &View, selection: &Selection) -> Result<usize, Error> {
+    fn make(&mut self, selection: &Selection) -> Result<usize, Error> {
         let mut rec = Recorder::new(&self.gpu);
         let wanted = selection.wanted.iter().copied();
         let Made { tiles, waiting } =
-            self.tiles.make(&mut rec, &mut self.spine, &view.place, wanted, usize::MAX);
+            self.tiles.make(&mut rec, &mut self.spine, &selection.place, wanted, usize::MAX);
         let soon = selection.tree.soon(EARLY * self.settings.detail.sides());
-        self.tiles.make_also(&mut rec, &mut self.spine, &view.place, soon, TILES_AHEAD);
+        self.tiles.make_also(&mut rec, &mut self.spine, &selection.place, soon, TILES_AHEAD);
         self.wait(rec)?;
         match waiting {
             0 => Ok(tiles),
@@ -340,20 +400,31 @@ impl Renderer {
         selection: &Selection,
         camera: &Pinhole,
     ) -> Result<usize, Error> {
-        let Selection { altitude, tree, .. } = selection;
+        let Selection { place, altitude, tree, .. } = selection;
         let leaves = tree.leaves();
         let surface = *self.spine.surface();
-        let lattice = Lattice::new(surface, &view.place, &leaves, altitude.level, self.settings.bits)?;
+        // Of frozen tiles the eye may be nearer than what they were selected for.
+        let least = if *place == view.place { 0 } else { altitude.level };
+        let levels = (altitude.level, least);
+        let lattice = Lattice::new(surface, &view.place, &leaves, levels, self.settings.bits)?;
         let frustum = Frustum::new(camera);
         // What is near first: it hides the rest.
-        let seen = leaves.iter().rev().filter(|leaf| frustum.has(tree, leaf));
-        let views = seen.map(|leaf| self.painter.view(&self.tiles, &view.place, &lattice, leaf));
+        let seen: Vec<&Leaf> = leaves.iter().rev().filter(|leaf| frustum.has(tree, leaf)).collect();
+        let views = seen.iter().map(|leaf| self.painter.view(&self.tiles, place, &lattice, leaf));
         let missing = Error::Slots { needed: selection.wanted.len(), slots: self.settings.slots };
         let views = views.collect::<Option<Vec<_>>>().ok_or(missing)?;
         let near = libm::exp2(libm::log2(altitude.cells).floor()) as f32 / 4.0;
+        let exposure = self.film.exposure;
+        let looks = Some(marks::looks(&self.canvas, exposure));
+        let sight = Sight { lattice: &lattice, near, focus: lattice.to(place), looks };
         self.stage.look(rec, self.canvas.size(), camera);
         let target = (&self.canvas, Load::Clear([0.0; 4]));
-        self.painter.draw(rec, target, &self.stage, &self.tiles, (&lattice, near), &views)?;
+        self.painter.draw(rec, target, &self.stage, &self.tiles, sight, &views)?;
+        if let Some(lines) = self.lines.as_ref().filter(|_| self.marks.has_lines()) {
+            let seen = seen.into_iter();
+            let all = marks::lines(self.marks, seen, (&surface, &view.place), altitude.level, exposure);
+            lines.draw(rec, &self.canvas, &self.stage, near, &all)?;
+        }
         Ok(views.len())
     }
 

@@ -15,6 +15,7 @@ use super::{shipped, theme};
 use crate::app::Error;
 use crate::gpu::{Image, Pacing, Timing, format::Rgba8};
 use crate::world::{KeyPath, Overrides, World};
+use crate::zoom::marks::Marks;
 use egui::{Align2, Color32, Context, MenuBar, Panel, PointerButton, Rect, RichText, Sense, Ui, Vec2, vec2};
 use notify::Watcher;
 use std::path::{Path, PathBuf};
@@ -87,6 +88,7 @@ pub struct Desk {
     /// Where the mouse was in the picture when it was last asked about.
     pointed: Option<[f32; 2]>,
     code: zoom::Code,
+    marks: Marks,
     filter: String,
     panels: bool,
     help: bool,
@@ -150,6 +152,7 @@ impl Desk {
             cutting: false,
             pointed: None,
             code: Default::default(),
+            marks: Marks::default(),
             filter: String::new(),
             panels: true,
             help: false,
@@ -892,6 +895,9 @@ impl Desk {
             WorldStatus::Zoom { .. } => {
                 folded(ui, "Flight", true, |ui| {
                     commands.extend(zoom::show(ui, &self.status, &mut self.code))
+                });
+                folded(ui, "Drawing", false, |ui| {
+                    commands.extend(zoom::drawing(ui, &self.status, &mut self.marks));
                 });
             }
         }

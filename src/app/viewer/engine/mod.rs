@@ -16,6 +16,7 @@ use crate::gpu::{Gpu, Image, MessageLog, Usage, format::Rgba8};
 use crate::raster;
 use crate::terrain::{self, BrushKind, Kind};
 use crate::world::World;
+use crate::zoom::marks::Marks;
 use glam::Vec2;
 use land::Land;
 use std::path::PathBuf;
@@ -72,6 +73,10 @@ pub enum Command {
     /// Writes what is seen as a picture.
     Picture(PathBuf),
     Course(Course),
+    /// What pictures of a zoom show beside its surface.
+    Mark(Marks),
+    /// Its tiles stay those that are seen from where the eye is.
+    Freeze(bool),
     Quit,
 }
 
@@ -146,6 +151,7 @@ pub enum WorldStatus {
         slope: f64,
         code: String,
         course: Course,
+        frozen: bool,
         drawn: Drawn,
     },
 }
@@ -281,6 +287,7 @@ struct Studio {
     /// When steering was last acted on.
     steered: Instant,
     frames: Vec<Image<Rgba8>>,
+    marks: Marks,
     /// Made when the first land is seen.
     renderer: Option<Arc<raster::Renderer>>,
     timings: Vec<(&'static str, f32)>,
@@ -318,6 +325,7 @@ impl Works {
             steering: Steering::default(),
             steered: Instant::now(),
             frames: Vec::new(),
+            marks: Marks::default(),
             renderer: None,
             timings: Vec::new(),
             passes: Vec::new(),
@@ -350,6 +358,10 @@ impl Works {
                 }
                 let result = self.obey(command);
                 self.forgive(result)?;
+                // What was clicked on shows it.
+                if self.told.elapsed() >= ACCOUNTS {
+                    self.account();
+                }
                 idle = false;
                 continue;
             }

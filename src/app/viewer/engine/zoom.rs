@@ -35,6 +35,10 @@ pub struct Drawn {
     pub leaves: usize,
     pub drawn: usize,
     pub made: usize,
+    /// Of those looked at, the coarsest and the finest.
+    pub levels: [u32; 2],
+    /// In the tiles that were drawn.
+    pub triangles: u64,
 }
 
 /// Levels that the autopilot passes a second.
@@ -58,6 +62,7 @@ pub struct Zoom {
     /// The way out from where it was flown to by hand.
     way_out: Option<(Approach, Depth)>,
     paused: bool,
+    frozen: bool,
     detail: usize,
     /// Of the ground below, radians.
     slope: f64,
@@ -72,6 +77,7 @@ impl Zoom {
         let mut settings = zoom.settings(&film, world.fov);
         settings.samples = DETAILS[0].1;
         let mut renderer = view::Renderer::new(&studio.gpu, surface, settings, &world.light, &film)?;
+        renderer.mark(studio.marks)?;
         let mut autopilot = Autopilot::new(surface);
         let depth = Depth((zoom.depth * 65_536.0) as u64);
         let pose = autopilot.at(renderer.spine(), depth);
@@ -88,6 +94,7 @@ impl Zoom {
             depth: zoom.depth,
             way_out: None,
             paused: false,
+            frozen: false,
             detail: 0,
             slope: 0.0,
             drawn: Drawn::default(),
@@ -138,6 +145,12 @@ impl Zoom {
             }
             Command::Play(playing) => self.paused = !playing,
             Command::Course(course) => self.steer_by(course),
+            Command::Mark(marks) => {
+                studio.marks = marks;
+                self.renderer.mark(marks)?;
+                self.detail = 0;
+            }
+            Command::Freeze(on) => self.freeze(on)?,
             Command::Restart => *self = Zoom::new(studio, &self.world.clone())?,
             Command::GoTo(Pose::Zoom(code)) => self.go_to(studio, &code)?,
             Command::FrameAll => {
@@ -175,6 +188,13 @@ impl Zoom {
             self.depth = self.flight.clearance().depth().max(0.0);
         }
         self.course = course;
+    }
+
+    fn freeze(&mut self, on: bool) -> Result<(), Error> {
+        let view = self.view();
+        self.renderer.freeze(on.then_some(&view))?;
+        (self.frozen, self.detail) = (on, 0);
+        Ok(())
     }
 
     fn go_to(&mut self, studio: &mut Studio, code: &str) -> Result<(), Error> {
@@ -215,10 +235,19 @@ impl Zoom {
         let begun = Instant::now();
         let film = film(&self.world, studio.size, scale);
         self.renderer.reshape(&film, samples)?;
-        let shot = self.renderer.render(&self.view())?;
+        let shot = match self.renderer.render(&self.view()) {
+            Err(error) if self.frozen && !matches!(error, view::Error::Gpu(_)) => {
+                speaker.say(News::Said(format!("tiles are not frozen any more: {error}")));
+                self.freeze(false)?;
+                self.renderer.render(&self.view())?
+            }
+            shot => shot?,
+        };
         let image = show(studio, &shot.picture, &film)?;
         self.slope = self.flight.slope(self.renderer.spine());
-        self.drawn = Drawn { leaves: shot.leaves, drawn: shot.drawn, made: shot.made };
+        let view::Shot { leaves, drawn, made, levels, .. } = shot;
+        let triangles = (drawn as u64) << (2 * self.renderer.settings().bits + 1);
+        self.drawn = Drawn { leaves, drawn, made, levels, triangles };
         speaker.say(News::Frame(Frame { image, scale }));
         studio.took("picture", begun);
         if moves {
@@ -322,6 +351,7 @@ impl Zoom {
             slope: self.slope,
             code: self.location().code(),
             course: if self.paused { Course::Hand } else { self.course },
+            frozen: self.frozen,
             drawn: self.drawn,
         }
     }

@@ -51,7 +51,11 @@ const NUMBERS: &[(&str, &[Entry])] = &[
             entry("altitude", "distance to the ground below, in cells of the coarsest lattice"),
             entry("slope", "of the ground below"),
             entry("location", "a code of the place, exact at any depth: to copy and to paste"),
-            entry("tiles", "in view, and kept by the device"),
+            entry("tiles", "in the picture, of those around the eye; and those that were made for it"),
+            entry(
+                "levels",
+                "of the coarsest and the finest tiles in the foreground: each has half the side of the one before",
+            ),
         ],
     ),
 ];

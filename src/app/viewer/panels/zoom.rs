@@ -2,7 +2,8 @@
 
 use super::super::engine::{Command, Course, Drawn, Pose, Status, WorldStatus};
 use super::super::theme;
-use egui::{Grid, RichText, TextEdit, Ui};
+use crate::zoom::marks::{self, Marks};
+use egui::{Color32, Grid, RichText, Sense, TextEdit, Ui, vec2};
 
 /// A code that is being typed or pasted.
 #[derive(Default)]
@@ -10,7 +11,8 @@ pub struct Code(String);
 
 /// The panel; returns what is to be done.
 pub fn show(ui: &mut Ui, status: &Status, code: &mut Code) -> Vec<Command> {
-    let WorldStatus::Zoom { depth, level, cells, slope, code: here, course, drawn } = &status.world else {
+    let WorldStatus::Zoom { depth, level, cells, slope, code: here, course, drawn, .. } = &status.world
+    else {
         return Vec::new();
     };
     let mut commands = Vec::new();
@@ -29,13 +31,15 @@ pub fn show(ui: &mut Ui, status: &Status, code: &mut Code) -> Vec<Command> {
         }
     });
     ui.add_space(4.0);
-    let Drawn { leaves, drawn, made } = drawn;
+    let Drawn { leaves, drawn, made, levels: [coarsest, finest], triangles } = drawn;
     Grid::new("zoom").num_columns(2).striped(true).show(ui, |ui| {
         let rows = [
             ("depth", format!("{depth:.2} octaves")),
             ("altitude", format!("{cells:.2} cells of level {level}")),
             ("slope", format!("{:.0}°", slope.to_degrees())),
             ("tiles", format!("{drawn} of {leaves}, {made} made")),
+            ("levels", format!("{coarsest} to {finest}")),
+            ("triangles", triangles.to_string()),
         ];
         for (name, value) in rows {
             ui.label(name);
@@ -64,6 +68,61 @@ pub fn show(ui: &mut Ui, status: &Status, code: &mut Code) -> Vec<Command> {
         }
     });
     commands
+}
+
+/// What is seen beside the surface; returns what is to be done.
+pub fn drawing(ui: &mut Ui, status: &Status, marks: &mut Marks) -> Vec<Command> {
+    let WorldStatus::Zoom { frozen, drawn, .. } = &status.world else { return Vec::new() };
+    let mut commands = Vec::new();
+    let before = *marks;
+    let mut background = !marks.no_background;
+    for (on, name, hover) in [
+        (&mut marks.levels, "Levels", "Tiles have the colours of their levels; the background has none"),
+        (&mut marks.borders, "Tile borders", "A line around every tile"),
+        (&mut marks.wireframe, "Wireframe", "A line along every edge of a triangle"),
+        (
+            &mut marks.boxes,
+            "Bounding boxes",
+            "What the ground of each tile can't leave, whatever octaves are to come: tiles are chosen by how far these are",
+        ),
+        (
+            &mut marks.corners,
+            "Corner heights",
+            "Heights of tiles' corners as the processor knows them: a cross, on a post as long as octaves to come may move the ground",
+        ),
+        (
+            &mut background,
+            "Background",
+            "What is far away, drawn once for many pictures; without it the sky is seen where it would be",
+        ),
+    ] {
+        ui.checkbox(on, name).on_hover_text(hover);
+    }
+    marks.no_background = !background;
+    if *marks != before {
+        commands.push(Command::Mark(*marks));
+    }
+    let mut freeze = *frozen;
+    let hover = "Tiles stay those that are seen from here, and can be looked at from elsewhere";
+    if ui.checkbox(&mut freeze, "Freeze tiles").on_hover_text(hover).changed() {
+        commands.push(Command::Freeze(freeze));
+    }
+    if marks.levels || marks.boxes {
+        legend(ui, drawn.levels);
+    }
+    commands
+}
+
+/// What colours stand for.
+fn legend(ui: &mut Ui, [coarsest, finest]: [u32; 2]) {
+    ui.horizontal_wrapped(|ui| {
+        for level in coarsest..=finest {
+            let [r, g, b] = marks::colour(level);
+            let (rect, _) = ui.allocate_exact_size(vec2(12.0, 12.0), Sense::hover());
+            ui.painter().rect_filled(rect, 2.0, Color32::from_rgb(r, g, b));
+            ui.label(RichText::new(level.to_string()).small());
+        }
+    });
 }
 
 /// The beginning of a code, and its end.
