@@ -219,7 +219,7 @@ impl Zoom {
         let image = show(studio, &shot.picture, &film)?;
         self.slope = self.flight.slope(self.renderer.spine());
         self.drawn = Drawn { leaves: shot.leaves, drawn: shot.drawn, made: shot.made };
-        speaker.say(News::Frame(Frame { image, scale }));
+        speaker.say(News::Frame(Frame { image, scale, camera: None }));
         studio.took("picture", begun);
         if moves {
             let begun = Instant::now();
