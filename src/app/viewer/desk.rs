@@ -1070,9 +1070,9 @@ impl Desk {
         let flat = |by: Vec2| glam::vec2(by.x, -by.y) * LOOK;
         if response.clicked() {
             ui.memory_mut(|memory| memory.stop_text_input());
-            if self.brush.kind.is_none() && !self.looking {
-                self.engine.send(Command::Select(place));
-            }
+        }
+        if response.clicked_by(PointerButton::Primary) && self.brush.kind.is_none() && !self.looking {
+            self.engine.send(Command::Select(place));
         }
         let dragged = response.drag_delta();
         if self.looking && moved != Vec2::ZERO {
