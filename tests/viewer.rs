@@ -4,7 +4,7 @@
 
 mod kit;
 
-use kit::desktop::Desktop;
+use kit::desktop::{Desktop, Viewer};
 use kit::picture::flip;
 use kit::program::{good, json, stderr};
 use std::fs;
@@ -125,6 +125,55 @@ fn a_picture_is_traced_and_saved() {
     viewer.see("error about");
     viewer.push("Stop");
     viewer.see("Trace paths");
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
+/// What stands in the window before some words, as a number.
+#[track_caller]
+fn number_before(viewer: &mut Viewer<'_>, words: &str) -> f64 {
+    viewer.wait(words, |viewer| {
+        let shown = viewer.shown();
+        let line = shown.lines().find(|line| line.contains(words))?;
+        line.split(words).next()?.split_whitespace().last()?.parse().ok()
+    })
+}
+
+#[test]
+fn plants_are_marked_and_a_traced_picture_is_exposed_anew() {
+    let forest = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/forest/tiny.toml");
+    let folder = folder_with(&[]);
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder.path(), &[forest, "--size", "640x400"], &[]);
+    viewer.see("Simulation");
+    viewer.push("Simulation");
+    viewer.push("Plants");
+    viewer.see("Click a plant");
+    // Grass and trees are all round the eye.
+    viewer.drag([480, 300], [480, 300], "1");
+    viewer.see("stands at");
+    viewer.key("Escape");
+    viewer.see("Click a plant");
+    viewer.push("Plants");
+
+    viewer.push("Path tracing");
+    viewer.push("Picture");
+    viewer.key("p");
+    viewer.see("error about");
+    let before = number_before(&mut viewer, " of 64 samples");
+    viewer.push("+0.00 stops");
+    viewer.type_in("1.5");
+    viewer.key("Return");
+    viewer.see("not saved");
+    viewer.see("+1.50 stops");
+    let after = number_before(&mut viewer, " of 64 samples");
+    assert!(after >= before, "{before} samples a pixel, and then {after}");
+    // From another place it goes on by itself.
+    viewer.drag([480, 300], [520, 300], "1");
+    viewer.see("Stop");
+    viewer.see("error about");
+    viewer.key("ctrl+z");
+    viewer.see("+0.00 stops");
     viewer.key("ctrl+q");
     good(&viewer.end());
 }

@@ -27,10 +27,16 @@ impl<'a> Garden<'a> {
         simulation: &Simulation,
         session: &mut Session,
     ) -> Result<Self, Error> {
-        let bare = world.plants.rules.is_empty() && world.plants.standing.is_empty();
-        let (kinds, models) = if bare { Default::default() } else { grow(world, session)? };
+        let (kinds, models) = grow(world, session)?;
         let ground = ground(gpu, world, simulation)?;
-        Ok(Garden { world, kinds, models, ground })
+        Ok(Garden { world, kinds, models, ground: measured(ground, world) })
+    }
+
+    /// The same on ground that has been downloaded: needs no device.
+    #[cfg(feature = "viewer")]
+    pub fn on(ground: Ground, world: &'a World, session: &mut Session) -> Result<Self, Error> {
+        let (kinds, models) = grow(world, session)?;
+        Ok(Garden { world, kinds, models, ground: measured(ground, world) })
     }
 
     /// Plants, as many of them as a picture of this size may show: ground cover is planted where the camera sees it.
@@ -101,6 +107,9 @@ fn told(instances: &[Instance], models: &[Arc<Model>]) -> String {
 
 /// The kinds that rules name, and the models of those that any of them plants.
 fn grow(world: &World, session: &mut Session) -> Result<(Vec<Kind>, Vec<Arc<Model>>), Error> {
+    if world.plants.rules.is_empty() && world.plants.standing.is_empty() {
+        return Ok(Default::default());
+    }
     let mut models = self::models(world, session)?;
     models.extend(world.plants.models.iter().cloned());
     Ok((world.plants.kinds(&models), models))
@@ -128,7 +137,8 @@ pub fn models(world: &World, session: &mut Session) -> Result<Vec<Arc<Model>>, E
     Ok(models)
 }
 
-fn ground(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Ground, Error> {
+/// What the rules of a world have to know of its land, as it comes from the device.
+pub fn ground(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Ground, Error> {
     let layer = |layer: Layer, needed: bool| -> Result<Vec<f32>, Error> {
         let exists = needed && layer.exists_in(simulation.plan());
         Ok(if exists { download(gpu, &simulation.layer(layer)?)? } else { Vec::new() })
@@ -138,8 +148,12 @@ fn ground(gpu: &Gpu, world: &World, simulation: &Simulation) -> Result<Ground, E
     ground.water = layer(Layer::Water, true)?;
     ground.wetness = layer(Layer::Wetness, needs.wetness)?;
     ground.flow = layer(Layer::Flow, needs.flow)?;
-    ground.measure(needs);
     Ok(ground)
+}
+
+fn measured(mut ground: Ground, world: &World) -> Ground {
+    ground.measure(world.plants.needs());
+    ground
 }
 
 fn download(gpu: &Gpu, image: &Image<R32f>) -> gpu::Result<Vec<f32>> {

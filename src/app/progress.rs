@@ -4,6 +4,7 @@ use super::report::Stage;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt::{self, Display};
 use std::io::{self, IsTerminal, Write};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How much to say.
@@ -18,7 +19,11 @@ pub struct Progress {
     channel: Channel,
     current: Option<Current>,
     stages: Vec<Stage>,
+    watch: Option<Watch>,
 }
+
+/// What was shown last, for another thread to look at: the stage, how many iterations are done, and of how many.
+pub type Watch = Arc<Mutex<Option<(&'static str, u64, u64)>>>;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Channel {
@@ -50,7 +55,7 @@ impl Progress {
             Voice::Normal if io::stderr().is_terminal() => Channel::Terminal,
             Voice::Normal => Channel::Lines,
         };
-        Progress { channel, current: None, stages: Vec::new() }
+        Progress { channel, current: None, stages: Vec::new(), watch: None }
     }
 
     /// Tells nobody.
@@ -59,11 +64,20 @@ impl Progress {
         Progress::new(Voice::Quiet)
     }
 
+    /// Tells those who look at it.
+    #[cfg(feature = "viewer")]
+    pub fn watched(watch: Watch) -> Self {
+        Progress { watch: Some(watch), ..Progress::silent() }
+    }
+
     /// Says that `iteration` of `of` iterations of a stage are done. The first call of another stage ends the one before;
     /// what is done by then comes from the cache.
     pub fn show(&mut self, stage: &'static str, iteration: u64, of: u64) {
         if self.current.as_ref().is_some_and(|current| current.name != stage) {
             self.end();
+        }
+        if let Some(watch) = &self.watch {
+            *watch.lock().unwrap_or_else(PoisonError::into_inner) = Some((stage, iteration, of));
         }
         let channel = self.channel;
         if self.current.is_none() && iteration > 0 && iteration < of {

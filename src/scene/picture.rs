@@ -28,6 +28,14 @@ impl Picture {
         picture
     }
 
+    /// As it is with so many times the exposure.
+    pub fn exposed(mut self, times: f32) -> Picture {
+        if times != 1.0 {
+            self.pixels.par_iter_mut().for_each(|pixel| *pixel = pixel.map(|channel| channel * times));
+        }
+        self
+    }
+
     /// 8-bit sRGB, three bytes a pixel. Steps of one value are dithered, so that skies show no bands.
     pub fn developed(&self, tone_map: ToneMap) -> Vec<u8> {
         self.developed_from([0; 2], tone_map)

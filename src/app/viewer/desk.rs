@@ -7,7 +7,7 @@ use super::export::Export;
 use super::keys::{self, Action, Motion};
 use super::panels::files::{self, Chooser, Chosen, Notice, Purpose, Recent, Recovery, Unsaved};
 use super::panels::parameters::Wishes;
-use super::panels::{export as form, help, land, parameters, timings, welcome, zoom};
+use super::panels::{export as form, help, land, parameters, picture, plants, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
 use super::state::{self, Bookmark, State};
 use super::window::WORLD;
@@ -81,6 +81,7 @@ pub struct Desk {
     welcome: welcome::Welcome,
     timings: timings::Timings,
     look: land::Look,
+    exposure: picture::Exposure,
     brush: land::Brush,
     section: Option<Section>,
     /// Whether the section is seen.
@@ -147,6 +148,7 @@ impl Desk {
             welcome: Default::default(),
             timings: Default::default(),
             look: Default::default(),
+            exposure: Default::default(),
             brush: Default::default(),
             section: None,
             cutting: false,
@@ -187,6 +189,7 @@ impl Desk {
         self.engine.send(Command::Open(world.clone()));
         (self.frame, self.status, self.look, self.on_disk) = Default::default();
         self.timings.clear();
+        self.exposure = picture::Exposure::of(&world);
         self.shown = Some(world);
         self.watch(&document);
         self.document = Some(document);
@@ -404,9 +407,6 @@ impl Desk {
         if !modal {
             actions.into_iter().for_each(|action| self.act(ui.ctx(), action));
         }
-        if self.looking && ui.input(|input| input.key_pressed(egui::Key::Escape)) {
-            self.look_round(false);
-        }
         let steering = if typing { Steering::default() } else { self.steer(ui) };
         if steering != self.steering {
             self.steering = steering;
@@ -432,6 +432,8 @@ impl Desk {
                 what(document);
             }
             Action::MouseLook => self.look_round(!self.looking),
+            Action::LetGo if self.looking => self.look_round(false),
+            Action::LetGo => self.engine.send(Command::Select(None)),
             Action::FrameAll => self.engine.send(Command::FrameAll),
             Action::Screenshot => self.ask_for_picture(),
             Action::Bookmark(number) => self.go_back(&number.to_string()),
@@ -846,6 +848,7 @@ impl Desk {
     fn status_bar(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
             match (&self.status.work, &self.status.world) {
+                (Some((what, done, of)), _) if *of > 0 => drop(ui.label(format!("{what}: {done} of {of} …"))),
                 (Some((what, ..)), _) => drop(ui.label(format!("{what} …"))),
                 (None, WorldStatus::None) => drop(ui.label("opening …")),
                 (None, WorldStatus::Land { rig, .. }) => {
@@ -873,7 +876,7 @@ impl Desk {
         let world = document.world().clone();
         ui.add_space(4.0);
         let mut save = false;
-        let mut commands = Vec::new();
+        let (mut commands, mut wishes) = (Vec::new(), Vec::new());
         match &self.status.world {
             WorldStatus::None => {}
             WorldStatus::Land { .. } => {
@@ -888,8 +891,10 @@ impl Desk {
                 });
                 let header = folded(ui, "Section", false, |ui| land::section(ui, self.section.as_ref()));
                 self.cutting = header;
+                folded(ui, "Plants", false, |ui| plants::show(ui, &self.status));
                 folded(ui, "Path tracing", false, |ui| {
                     commands.extend(land::tracing(ui, &self.status, || save = true));
+                    wishes.push(parameters::rows(ui, document, "render", &["spp", "bounces"]));
                 });
             }
             WorldStatus::Zoom { .. } => {
@@ -901,6 +906,7 @@ impl Desk {
                 });
             }
         }
+        folded(ui, "Picture", false, |ui| wishes.push(picture::show(ui, document, self.exposure)));
         commands.into_iter().for_each(|command| self.engine.send(command));
         let mut write_view = false;
         if matches!(self.status.world, WorldStatus::Land { .. }) {
@@ -914,14 +920,16 @@ impl Desk {
             let width = ui.available_width();
             ui.add(egui::TextEdit::singleline(&mut self.filter).hint_text("find a key").desired_width(width));
         });
-        let Wishes { edits, browse } = parameters::show(ui, document, &self.filter);
-        if let Some(document) = &mut self.document {
-            for edit in &edits {
-                document.edit(edit);
+        wishes.push(parameters::show(ui, document, &self.filter));
+        for Wishes { edits, browse } in wishes {
+            if let Some(document) = &mut self.document {
+                for edit in &edits {
+                    document.edit(edit);
+                }
             }
-        }
-        if let Some(key) = browse {
-            self.ask(Purpose::Key(key), "");
+            if let Some(key) = browse {
+                self.ask(Purpose::Key(key), "");
+            }
         }
         if write_view {
             self.write_view();
@@ -1035,6 +1043,7 @@ impl Desk {
         if self.frame.is_some() {
             let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
             painter.image(WORLD, rect, whole, Color32::WHITE);
+            self.mark(&painter, rect);
         } else {
             let text = match &self.status.work {
                 Some((what, ..)) => format!("{what} …"),
@@ -1070,6 +1079,9 @@ impl Desk {
         if response.clicked() {
             ui.memory_mut(|memory| memory.stop_text_input());
         }
+        if response.clicked_by(PointerButton::Primary) && self.brush.kind.is_none() && !self.looking {
+            self.engine.send(Command::Select(place));
+        }
         let dragged = response.drag_delta();
         if self.looking && moved != Vec2::ZERO {
             self.engine.send(Command::Turn(flat(moved)));
@@ -1085,6 +1097,14 @@ impl Desk {
             } else if wheel != 0.0 {
                 self.engine.send(Command::Approach((wheel * 0.003).clamp(-0.5, 0.5)));
             }
+        }
+    }
+
+    /// Shows which plant is selected, where the picture shows it.
+    fn mark(&self, painter: &egui::Painter, rect: Rect) {
+        let WorldStatus::Land { selected: Some(selected), .. } = &self.status.world else { return };
+        if let Some(camera) = self.frame.as_ref().and_then(|frame| frame.camera.as_ref()) {
+            plants::outline(painter, rect, camera, selected);
         }
     }
 

@@ -25,6 +25,8 @@ pub enum Action {
     /// Orbit or fly.
     OtherCamera,
     FrameAll,
+    /// No plant is marked any more, and the mouse is not taken.
+    LetGo,
     /// Back to the place of this number.
     Bookmark(u8),
     /// Remembers the place under this number.
@@ -172,6 +174,8 @@ pub const TABLE: &[Row] = &[
         "Drag",
         "go round the middle of the picture; with the right button look round; the wheel goes near and far",
     ),
+    mouse(Group::View, "Click", "mark a plant, and tell what it is; bare ground marks none"),
+    press(Group::View, Action::LetGo, &[key(Key::Escape)], "mark no plant; the mouse points at things again"),
     press(Group::View, Action::FrameAll, &[key(Key::Home)], "all of the land in the picture"),
     press(Group::View, Action::Bookmark(1), &[key(Key::Num1)], "back to place 1; 2 to 9 likewise"),
     press(
@@ -190,7 +194,7 @@ pub const TABLE: &[Row] = &[
         Group::View,
         Action::Trace,
         &[key(Key::P)],
-        "trace paths from here, or show the rasterised picture again",
+        "trace paths whenever nothing moves, or show the rasterised picture again",
     ),
     press(Group::Simulation, Action::PlayPause, &[key(Key::Enter)], "run the simulation, or let it rest"),
     press(Group::Simulation, Action::Step, &[key(Key::Period)], "a single step"),

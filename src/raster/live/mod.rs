@@ -226,6 +226,12 @@ impl Live {
         self.kept = Kept::default();
     }
 
+    /// The level of detail of an instance in the picture begun last, were it drawn in full; `None` before there is one.
+    pub fn level_of(&self, instance: usize) -> Option<usize> {
+        let level = self.kept.level_of(&self.scene.population, instance, &self.prepared)?;
+        Some(level as usize)
+    }
+
     /// Where `camera` stands on the ground as it is now.
     pub fn stand(&self, camera: Camera, film: &Film) -> Pinhole {
         let scene = Scene { camera, population: Population::default(), ..self.scene.clone() };

@@ -190,6 +190,15 @@ impl Kept {
     }
 }
 
+impl Kept {
+    /// The level in which an instance is drawn in a full picture.
+    pub fn level_of(&self, population: &Population, instance: usize, prepared: &Prepared) -> Option<u32> {
+        let Prepared { camera, sample_angle, .. } = prepared;
+        let resolution = Resolution::Perspective { eye: camera.eye, sample_angle: *sample_angle };
+        view::level_of(population, self.bounds.as_ref()?, instance, resolution)
+    }
+}
+
 impl Crowd {
     /// `None` if nobody is seen.
     pub fn materials(&self) -> Option<&Buffer<shaders::Material>> {

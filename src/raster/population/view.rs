@@ -60,6 +60,19 @@ pub enum Resolution {
     Parallel { eye: Vec3, texel: f32 },
 }
 
+/// The level in which an instance is shown.
+pub fn level_of(
+    population: &Population,
+    bounds: &[Sphere],
+    instance: usize,
+    resolution: Resolution,
+) -> Option<u32> {
+    let instance = population.instances.get(instance)?;
+    let sphere = placed(instance, *bounds.get(instance.model as usize)?);
+    let model = population.models.get(instance.model as usize)?;
+    Some(level(model, instance, resolution.metres(distance(sphere, resolution.eye()))))
+}
+
 /// Everyone within `frustum`, by level, model and distance: what is near and hides others comes first.
 pub fn seen(
     population: &Population,
@@ -77,7 +90,7 @@ pub fn seen(
             if !meets(sphere) {
                 return None;
             }
-            let distance = (sphere.centre.distance(resolution.eye()) - sphere.radius).max(0.0);
+            let distance = distance(sphere, resolution.eye());
             let level = level(model, instance, resolution.metres(distance));
             let index = u32::try_from(index).ok()?;
             Some(Seen { instance: index, model: instance.model, level, distance, bounds: sphere })
@@ -116,6 +129,11 @@ pub fn bounds(population: &Population) -> Vec<Sphere> {
         Sphere { centre: (least + greatest) / 2.0, radius: least.distance(greatest) / 2.0 }
     };
     population.models.par_iter().map(sphere).collect()
+}
+
+/// To the nearest point of a sphere.
+fn distance(Sphere { centre, radius }: Sphere, eye: Vec3) -> f32 {
+    (centre.distance(eye) - radius).max(0.0)
 }
 
 fn placed(instance: &Instance, Sphere { centre, radius }: Sphere) -> Sphere {

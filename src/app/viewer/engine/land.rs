@@ -1,7 +1,8 @@
 //! Land on the stage: it is simulated, looked at, planted and traced.
 
+use super::plants::{Planted, Planting, Plants, Selected};
 use super::trace::{Ended, Trace};
-use super::{Command, Frame, Means, News, Pose, Slice, Speaker, Status, Studio, Traced, WorldStatus};
+use super::{Command, Frame, Means, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
 use crate::app::viewer::camera::Rig;
 use crate::app::{
     Error, interrupt,
@@ -20,7 +21,9 @@ use crate::scene::{self, Film, Picture, Population, Scene, View};
 use crate::terrain::{self, Brush, Kind, Layer, Simulation, Snapshot, Stage};
 use crate::world::World;
 use glam::{Vec2, Vec3};
+use std::path::Path;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 /// A cut through the land from west to east.
@@ -133,6 +136,7 @@ impl Drawn {
 /// A picture under way.
 struct Drawing {
     target: Image<Rgba8>,
+    camera: Pinhole,
     scale: f32,
     comes_to: Drawn,
     begun: Instant,
@@ -150,7 +154,10 @@ pub struct Land {
     per_picture: u32,
     /// The land before each stroke of the brush.
     strokes: Vec<Snapshot>,
-    population: Option<Population>,
+    /// None until the land is finished and they have grown.
+    plants: Option<Plants>,
+    planting: Option<Planting>,
+    selected: Option<Arc<Selected>>,
     /// The land has changed since it was looked at.
     changed: bool,
     drawn: Drawn,
@@ -161,6 +168,7 @@ pub struct Land {
     seconds_a_texel: f64,
     overlay: Option<Overlay>,
     shown: Option<(raster::Overlay, Legend)>,
+    /// Whether pictures are traced while nothing moves.
     tracing: bool,
     trace: Trace,
 }
@@ -194,7 +202,9 @@ impl Land {
             playing: true,
             per_picture: 0,
             strokes: Vec::new(),
-            population: None,
+            plants: None,
+            planting: None,
+            selected: None,
             changed: false,
             drawn: Drawn::Not,
             drawing: None,
@@ -233,6 +243,10 @@ impl Land {
 
     /// The same world with changes.
     pub fn edit(&mut self, studio: &mut Studio, world: &Arc<World>) -> Result<(), Error> {
+        if self.tracing && self.trace.is_shown() && self.is_developed_as(world) {
+            self.develop(world);
+            return Ok(());
+        }
         let before = std::mem::replace(&mut self.world, world.clone());
         if before.plan != world.plan {
             if !self.simulation.retune(&world.plan)? {
@@ -241,7 +255,7 @@ impl Land {
                 return self.begin_again(studio, again);
             }
             // Plants stand where the land was.
-            self.population = None;
+            self.uproot();
             self.changed = true;
         }
         if before.light != world.light {
@@ -253,24 +267,42 @@ impl Land {
         if before.surface != world.surface {
             self.live.set_surface(world.surface.clone());
         }
-        if ["plants", "species", "models"].into_iter().any(|key| differ(&before, world, key)) {
-            self.population = None;
+        if !same_plants(&before, world) {
+            self.uproot();
             self.live.set_population(Population::default());
+        }
+        if !same_scene(&before, world) {
+            self.trace.forget();
         }
         if before.viewpoint != world.viewpoint || before.fov != world.fov {
             self.rig = self.starting_rig(studio)?;
         }
         self.drawing = None;
-        self.trace.forget();
         self.look_again();
         Ok(())
+    }
+
+    /// Whether other pictures of such a world differ only in how light becomes colours, or in how many samples they have.
+    pub fn is_developed_as(&self, world: &World) -> bool {
+        let own = &self.world;
+        let same_view = own.viewpoint == world.viewpoint && own.fov == world.fov;
+        world.zoom.is_none() && same_view && own.tracing == world.tracing && same_scene(own, world)
+    }
+
+    /// Takes a world that is [the same](Self::is_developed_as) but for that.
+    pub fn develop(&mut self, world: &Arc<World>) {
+        self.world = world.clone();
     }
 
     /// What is seen has changed.
     pub fn look_again(&mut self) {
         self.trace.traced = None;
         self.drawn = Drawn::Not;
-        self.tracing = false;
+    }
+
+    /// Nothing stands on the ground, until it has been planted again.
+    fn uproot(&mut self) {
+        (self.plants, self.planting, self.selected) = (None, None, None);
     }
 
     pub fn obey(&mut self, studio: &mut Studio, speaker: &Speaker, command: Command) -> Result<(), Error> {
@@ -308,7 +340,7 @@ impl Land {
                 if let Some(point) = self.under(studio, at) {
                     let brush = Brush { kind, at: [point.x, point.z], radius, strength };
                     self.simulation.brush(brush)?;
-                    self.population = None;
+                    self.uproot();
                     self.changed = true;
                     self.look_again();
                 }
@@ -316,6 +348,7 @@ impl Land {
             Command::TakeStrokeBack => {
                 if let Some(before) = self.strokes.pop() {
                     self.simulation.restore(&before)?;
+                    self.uproot();
                     self.changed = true;
                     self.look_again();
                 }
@@ -326,36 +359,70 @@ impl Land {
             }
             Command::PerPicture(iterations) => self.per_picture = iterations,
             Command::Enable(process, on) => self.simulation.enable(process, on),
+            Command::Select(at) => {
+                let index = at.and_then(|at| self.seen_at(studio, at));
+                let plants = self.plants.as_ref();
+                self.selected = index.and_then(|index| plants?.tell(index)).map(Arc::new);
+            }
             Command::Overlay(overlay) => {
+                // It lies over no picture that is traced.
+                self.tracing &= overlay.is_none();
                 (self.overlay, self.shown) = (overlay, None);
                 self.drawing = None;
                 self.look_again();
             }
-            Command::Trace(true) => self.tracing = true,
-            // What was traced is kept, and goes on if the eye has not moved.
-            Command::Trace(false) => self.drawn = Drawn::Not,
+            Command::Trace(true) => {
+                self.tracing = true;
+                // Land that changes is not traced.
+                self.playing &= self.simulation.progress().finished;
+            }
+            Command::Trace(false) => {
+                self.tracing = false;
+                // What was traced is kept, and goes on if the eye has not moved.
+                self.drawn = self.drawn.min(Drawn::Swift);
+            }
             Command::Picture(path) => {
-                let film = self.film(studio.size);
-                let picture = self.picture(studio, &film)?;
-                formats::png::write_picture(
-                    &path,
-                    [film.width, film.height],
-                    &picture.developed(film.tone_map),
-                )?;
-                speaker.say(News::Said(format!("wrote {}", path.display())));
+                let written = match self.trace.save(&path) {
+                    Some(written) => written,
+                    None => self.write_picture(studio, &path),
+                };
+                speaker.tell(written);
             }
             _ => {}
         }
         Ok(())
     }
 
+    /// Writes what is seen, drawn as `terrane render` would, as .exr or .png.
+    fn write_picture(&self, studio: &mut Studio, path: &Path) -> Result<String, Error> {
+        let film = self.film(studio.size);
+        let picture = self.picture(studio, &film)?;
+        let size = [film.width, film.height];
+        if formats::extension(path) == "exr" {
+            formats::exr::write_picture(path, size, &picture.pixels, 1.0 / film.exposure)?;
+        } else {
+            formats::png::write_picture(path, size, &picture.developed(film.tone_map))?;
+        }
+        Ok(format!("wrote {}", path.display()))
+    }
+
+    /// The plant that is seen at a place of the picture.
+    fn seen_at(&self, studio: &Studio, at: [f32; 2]) -> Option<usize> {
+        let film = self.film(studio.size);
+        let eye = self.rig.eye;
+        let ground = |ray: Vec3| self.met(ray).map_or(f32::INFINITY, |point| point.distance(eye));
+        self.plants.as_ref()?.seen_at(at, &self.camera(&film), &film, ground)
+    }
+
     /// Other land in its place, looked at and made as this one was.
     fn begin_again(&mut self, studio: &Studio, again: Land) -> Result<(), Error> {
         let off: Vec<Kind> = self.off().collect();
         let (rig, playing, overlay, per_picture) = (self.rig, self.playing, self.overlay, self.per_picture);
+        let tracing = self.tracing;
         let same_eye = self.world.viewpoint == again.world.viewpoint;
         *self = again;
         (self.playing, self.overlay, self.per_picture) = (playing, overlay, per_picture);
+        self.tracing = tracing;
         self.rig = if same_eye { rig } else { self.starting_rig(studio)? };
         off.into_iter().for_each(|process| self.simulation.enable(process, false));
         Ok(())
@@ -376,10 +443,7 @@ impl Land {
 
     /// The point of the ground that is seen at a place of the picture, which goes from 0 to 1 to the right and down.
     fn under(&self, studio: &Studio, [right, down]: [f32; 2]) -> Option<Vec3> {
-        let camera = self.camera(&self.film(studio.size));
-        let across = camera.right * ((2.0 * right - 1.0) * camera.tangent[0]);
-        let up = camera.up * ((1.0 - 2.0 * down) * camera.tangent[1]);
-        self.met((camera.forward + across + up).normalize())
+        self.met(self.camera(&self.film(studio.size)).ray(right, down))
     }
 
     fn section(&self, at: Vec3) -> Section {
@@ -431,9 +495,6 @@ impl Land {
     }
 
     pub fn slice(&mut self, (studio, speaker, inbox, load): Means<'_>) -> Result<Slice, Error> {
-        if self.tracing {
-            return self.trace((studio, speaker, inbox, load));
-        }
         let seconds = studio.held();
         let steered = !studio.steering.is_still();
         if steered {
@@ -446,11 +507,20 @@ impl Land {
         if runs && !waits {
             self.simulate(studio, self.per_picture)?;
         }
-        if self.simulation.progress().finished && self.population.is_none() {
+        if self.simulation.progress().finished && self.plants.is_none() && !self.changed {
             self.plant(studio, speaker)?;
         }
-        let worked = self.look(studio, speaker, runs || steered)?;
-        Ok(if worked || runs || steered { Slice::Worked } else { Slice::Idle })
+        let moves = runs || steered;
+        if self.look(studio, speaker, moves)? || moves {
+            return Ok(Slice::Worked);
+        }
+        if self.planting.is_some() {
+            return Ok(wait(inbox));
+        }
+        if self.tracing {
+            return self.trace((studio, speaker, inbox, load));
+        }
+        Ok(Slice::Idle)
     }
 
     /// Runs the simulation for a slice, at most so many iterations (0 is any number).
@@ -462,7 +532,6 @@ impl Land {
             most => self.simulation.step_iterations(most, 4 * SLICE)?,
         };
         studio.took(before.stage.name(), begun);
-        self.trace.forget();
         self.changed = true;
         if after.finished && !self.simulation.touched() {
             let session = &mut studio.session;
@@ -474,21 +543,24 @@ impl Land {
     /// Does a slice of what there is to do until what is seen is drawn well; whether there was anything.
     fn look(&mut self, studio: &mut Studio, speaker: &Speaker, moves: bool) -> Result<bool, Error> {
         let stale = self.changed || self.drawn == Drawn::Not;
+        // What is seen will be traced at once, and needs no better picture before.
+        let traces = self.tracing && self.planting.is_none() && !moves;
         // What moves is not drawn well; but what is drawn for it is, to the end, or nothing would ever be seen.
-        if stale && self.drawing.as_ref().is_some_and(|drawing| drawing.comes_to > Drawn::Swift) {
+        if (stale || traces) && self.drawing.as_ref().is_some_and(|drawing| drawing.comes_to > Drawn::Swift) {
             self.drawing = None;
         }
         if let Some(drawing) = &self.drawing {
             if self.live.step(SLICE)? {
                 return Ok(true);
             }
-            let Drawing { target, scale, comes_to, begun } = drawing;
+            let Drawing { target, camera, scale, comes_to, begun } = drawing;
             if *comes_to == Drawn::Swift {
                 let texels = f64::from(target.size()[0]) * f64::from(target.size()[1]);
                 self.seconds_a_texel = begun.elapsed().as_secs_f64() / texels;
             }
             studio.took(if *comes_to == Drawn::Swift { "swift picture" } else { "picture" }, *begun);
-            speaker.say(News::Frame(Frame { image: target.clone(), scale: *scale }));
+            speaker.say(News::Frame(Frame { image: target.clone(), scale: *scale, camera: Some(*camera) }));
+            self.trace.hide();
             // What moved meanwhile is not drawn yet.
             if self.drawn != Drawn::Not || *comes_to == Drawn::Swift {
                 self.drawn = *comes_to;
@@ -505,11 +577,12 @@ impl Land {
                 self.simulation.update(&mut ground)?;
                 self.live.set_ground(ground)?;
                 self.shown = None;
+                self.trace.forget();
             }
             self.begin(studio, Drawn::Swift)?;
             return Ok(true);
         }
-        if !self.live.is_lit() {
+        if !traces && !self.live.is_lit() {
             let begun = Instant::now();
             if !self.live.relight(SLICE)? {
                 // All that was drawn stands in the old light.
@@ -518,7 +591,7 @@ impl Land {
             studio.took("light", begun);
             return Ok(true);
         }
-        if !moves && self.drawn != Drawn::Well {
+        if !moves && !traces && self.drawn != Drawn::Well {
             self.begin(studio, self.drawn.next())?;
             return Ok(true);
         }
@@ -537,8 +610,9 @@ impl Land {
         let size = studio.size.map(|side| ((side as f32 * scale) as u32).max(1));
         let film = self.film(size);
         let overlay = self.overlay(&studio.gpu)?;
+        let camera = self.camera(&film);
         let view = raster::View {
-            camera: self.camera(&film),
+            camera,
             film,
             samples: if comes_to == Drawn::Well { 2 } else { 1 },
             detail: if comes_to > Drawn::Swift { Detail::Full } else { Detail::Swift },
@@ -552,7 +626,7 @@ impl Land {
             self.drawn = Drawn::Swift;
         }
         self.begun = begun;
-        self.drawing = Some(Drawing { target, scale, comes_to, begun });
+        self.drawing = Some(Drawing { target, camera, scale, comes_to, begun });
         Ok(())
     }
 
@@ -581,11 +655,12 @@ impl Land {
     }
 
     fn trace(&mut self, means: Means<'_>) -> Result<Slice, Error> {
-        self.tracing = false;
         let scene = Scene { camera: NO_CAMERA, ..self.live.scene().clone() };
         let mut trace = std::mem::take(&mut self.trace);
-        let ended = trace.run(means, self, &scene, self.world.samples);
+        let ended = trace.run(means, self, &scene);
         self.trace = trace;
+        // What fails would fail again.
+        self.tracing &= ended.is_ok();
         Ok(match ended? {
             Ended::Done => Slice::Idle,
             Ended::By(command) => Slice::Interrupted(Box::new(command)),
@@ -593,28 +668,37 @@ impl Land {
         })
     }
 
-    /// Plants what grows on the finished land.
+    /// Lets plants grow on the finished land, and takes them once they are there.
     fn plant(&mut self, studio: &mut Studio, speaker: &Speaker) -> Result<(), Error> {
-        // Whatever comes of it, it isn't tried again.
-        self.population = Some(Population::default());
         if self.world.plants.rules.is_empty() && self.world.plants.standing.is_empty() {
+            self.plants = Some(Plants::default());
             return Ok(());
         }
-        let work = Some(("growing and planting".into(), 0, 0));
-        let status = Status { world: self.status(), work, ..super::status(studio, (0, 0)) };
-        speaker.say(News::Status(Box::new(status)));
-        let camera = land::camera(&studio.gpu, &self.world, &self.simulation)?;
-        let film = self.film(studio.size);
-        let begun = Instant::now();
-        let (gpu, session) = (studio.gpu.clone(), &mut studio.session);
-        let population = population::populate(&gpu, &self.world, &self.simulation, &camera, &film, session)?;
-        studio.took("planting", begun);
-        self.live.set_population(population.clone());
-        self.population = Some(population);
+        let Some(planting) = &mut self.planting else {
+            let film = self.film(studio.size);
+            let planting = Planting::begin(&studio.gpu, &self.world, &self.simulation, film);
+            self.planting = Some(self.or_bare(planting)?);
+            return Ok(());
+        };
+        let Some(planted) = planting.ended() else { return Ok(()) };
+        studio.took("planting", planting.begun());
+        self.planting = None;
+        let Planted { plants, warnings } = self.or_bare(planted)?;
+        warnings.into_iter().for_each(|warning| speaker.say(News::Said(warning)));
+        self.live.set_population(plants.population.clone());
+        self.plants = Some(plants);
         self.drawing = None;
         self.trace.forget();
         self.look_again();
         Ok(())
+    }
+
+    /// Whatever fails is not tried again: the land stays bare.
+    fn or_bare<T>(&mut self, result: Result<T, Error>) -> Result<T, Error> {
+        if result.is_err() {
+            self.plants = Some(Plants::default());
+        }
+        result
     }
 
     /// As `terrane render` would make it from here.
@@ -627,10 +711,10 @@ impl Land {
     }
 
     pub fn status(&self) -> WorldStatus {
-        self.status_with(false, self.trace.traced)
+        self.status_with(self.trace.traced)
     }
 
-    pub fn status_with(&self, tracing: bool, traced: Option<Traced>) -> WorldStatus {
+    pub fn status_with(&self, traced: Option<Traced>) -> WorldStatus {
         WorldStatus::Land {
             rig: self.rig,
             progress: self.simulation.progress(),
@@ -638,26 +722,52 @@ impl Land {
             off: self.off().collect(),
             strokes: self.strokes.len(),
             per_picture: self.per_picture,
-            tracing,
+            tracing: self.tracing,
             legend: self.shown.as_ref().map(|(_, legend)| *legend),
             traced,
+            census: self.plants.as_ref().map(|plants| plants.census.clone()).unwrap_or_default(),
+            selected: self.selected.clone(),
+            level: self.selected.as_ref().and_then(|selected| self.live.level_of(selected.instance)),
         }
+    }
+
+    /// What is being done that takes long, if anything is.
+    pub fn work(&self) -> Option<(String, u64, u64)> {
+        self.planting.as_ref().map(Planting::work)
     }
 
     /// Plants, and their triangles.
     pub fn counts(&self) -> (usize, u64) {
-        let Some(population) = &self.population else { return (0, 0) };
-        let triangles =
-            |model: &Arc<scene::Model>| model.levels.first().map_or(0, |level| level.triangles() as u64);
-        let each: Vec<u64> = population.models.iter().map(triangles).collect();
-        let all = population.instances.iter().map(|instance| each[instance.model as usize]).sum();
-        (population.instances.len(), all)
+        self.plants.as_ref().map(Plants::counts).unwrap_or_default()
+    }
+}
+
+/// Time between two looks at what another thread does.
+const POLL: Duration = Duration::from_millis(30);
+
+/// Waits for a command, but not for long.
+fn wait(inbox: &Receiver<Command>) -> Slice {
+    match inbox.recv_timeout(POLL) {
+        Ok(command) => Slice::Interrupted(Box::new(command)),
+        Err(RecvTimeoutError::Timeout) => Slice::Worked,
+        Err(RecvTimeoutError::Disconnected) => Slice::Gone,
     }
 }
 
 /// Of scenes that are looked at through a [`Rig`].
 const NO_CAMERA: scene::Camera =
     scene::Camera { view: View::FrameIsland { azimuth: 0.0, elevation: 0.5, distance: 1.0 }, fov: 1.0 };
+
+/// Whether two worlds look the same, from wherever they are seen.
+fn same_scene(one: &World, other: &World) -> bool {
+    let same_land = one.plan == other.plan && one.surface == other.surface && one.sea == other.sea;
+    same_land && one.light == other.light && same_plants(one, other)
+}
+
+fn same_plants(one: &World, other: &World) -> bool {
+    let same_text = !["plants", "species", "models"].into_iter().any(|key| differ(one, other, key));
+    one.seed == other.seed && same_text
+}
 
 /// Whether two worlds say different things in a section.
 fn differ(one: &World, other: &World, section: &str) -> bool {

@@ -4,17 +4,21 @@
 //! Commands go in, news come out; nothing is shared but pictures, which are never written while anybody has them.
 
 mod land;
+mod plants;
 mod trace;
 mod zoom;
 
 pub use land::{Legend, Map, Overlay, Section};
+pub use plants::{Census, Selected};
 pub use zoom::{Course, Drawn};
 
 use super::camera::{Rig, Steering};
 use crate::app::{Error, Session, interrupt, progress::Progress, report::Report};
+use crate::core::camera::Pinhole;
 use crate::gpu::{Gpu, Image, MessageLog, Usage, format::Rgba8};
 use crate::raster;
 use crate::terrain::{self, BrushKind, Kind};
+use crate::trace::Tracer;
 use crate::world::World;
 use crate::zoom::marks::Marks;
 use glam::Vec2;
@@ -67,8 +71,10 @@ pub enum Command {
     TakeStrokeBack,
     /// A cut through what is seen at such a place.
     Section([f32; 2]),
+    /// The plant that is seen at such a place; none for none.
+    Select(Option<[f32; 2]>),
     Overlay(Option<Overlay>),
-    /// Path tracing from where the eye is, until it moves.
+    /// Path tracing from where the eye is, whenever nothing moves.
     Trace(bool),
     /// Writes what is seen as a picture.
     Picture(PathBuf),
@@ -109,6 +115,8 @@ pub struct Frame {
     pub image: Image<Rgba8>,
     /// Texels of it for one of the window's pixels; less than 1 while something moves.
     pub scale: f32,
+    /// What it is seen through, where that is in a world of metres.
+    pub camera: Option<Pinhole>,
 }
 
 /// How things are.
@@ -141,6 +149,11 @@ pub enum WorldStatus {
         legend: Option<Legend>,
         tracing: bool,
         traced: Option<Traced>,
+        /// How many plants there are of each model.
+        census: Arc<[Census]>,
+        selected: Option<Arc<Selected>>,
+        /// The level of detail that the one which is selected is drawn in.
+        level: Option<usize>,
     },
     Zoom {
         depth: f64,
@@ -208,7 +221,7 @@ impl Engine {
 
     pub fn send(&self, command: Command) {
         // What takes long and is of no use any more ends.
-        if matches!(command, Command::Open(_) | Command::Edit(_) | Command::Restart | Command::Quit) {
+        if matches!(command, Command::Open(_) | Command::Restart | Command::Quit) {
             interrupt::cancel(true);
         }
         self.load.pending.fetch_add(1, Ordering::SeqCst);
@@ -262,6 +275,14 @@ impl Speaker {
         let _ = self.outbox.send(news);
         (self.wake)();
     }
+
+    /// What was done, or why it was not.
+    fn tell(&self, done: Result<String, Error>) {
+        self.say(match done {
+            Ok(sentence) => News::Said(sentence),
+            Err(error) => News::Failed(error.to_string()),
+        });
+    }
 }
 
 /// What a slice of work came to.
@@ -290,6 +311,8 @@ struct Studio {
     marks: Marks,
     /// Made when the first land is seen.
     renderer: Option<Arc<raster::Renderer>>,
+    /// Made when paths are first traced.
+    tracer: Option<Arc<Tracer>>,
     timings: Vec<(&'static str, f32)>,
     passes: Vec<(&'static str, f32)>,
 }
@@ -327,6 +350,7 @@ impl Works {
             frames: Vec::new(),
             marks: Marks::default(),
             renderer: None,
+            tracer: None,
             timings: Vec::new(),
             passes: Vec::new(),
         };
@@ -369,6 +393,9 @@ impl Works {
             let slice = match self.forgive(slice)? {
                 Some(Slice::Interrupted(command)) => {
                     self.load.pending.fetch_sub(1, Ordering::SeqCst);
+                    if matches!(*command, Command::Quit) {
+                        return Ok(());
+                    }
                     let result = self.obey(*command);
                     self.forgive(result)?;
                     Some(Slice::Worked)
@@ -414,14 +441,11 @@ impl Works {
                     None => Stand::Land(Box::new(Land::new(studio, &world)?)),
                 };
             }
-            (Command::Edit(world), stage) => {
-                interrupt::cancel(false);
-                match stage {
-                    Stand::Land(land) if world.zoom.is_none() => land.edit(studio, &world)?,
-                    Stand::Zoom(zoom) if world.zoom.is_some() => zoom.edit(studio, &world)?,
-                    _ => return self.obey(Command::Open(world)),
-                }
-            }
+            (Command::Edit(world), stage) => match stage {
+                Stand::Land(land) if world.zoom.is_none() => land.edit(studio, &world)?,
+                Stand::Zoom(zoom) if world.zoom.is_some() => zoom.edit(studio, &world)?,
+                _ => return self.obey(Command::Open(world)),
+            },
             (Command::Size(size), stage) => {
                 studio.size = size;
                 match stage {
@@ -467,7 +491,11 @@ impl Works {
             Stand::Land(land) => land.counts(),
             _ => (0, 0),
         };
-        let status = Status { world, ..status(&self.studio, (plants, triangles)) };
+        let work = match &self.stage {
+            Stand::Land(land) => land.work(),
+            _ => None,
+        };
+        let status = Status { world, work, ..status(&self.studio, (plants, triangles)) };
         self.speaker.say(News::Status(Box::new(status)));
     }
 }

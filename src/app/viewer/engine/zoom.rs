@@ -248,7 +248,7 @@ impl Zoom {
         let view::Shot { leaves, drawn, made, levels, .. } = shot;
         let triangles = (drawn as u64) << (2 * self.renderer.settings().bits + 1);
         self.drawn = Drawn { leaves, drawn, made, levels, triangles };
-        speaker.say(News::Frame(Frame { image, scale }));
+        speaker.say(News::Frame(Frame { image, scale, camera: None }));
         studio.took("picture", begun);
         if moves {
             let begun = Instant::now();

@@ -37,6 +37,17 @@ const NUMBERS: &[(&str, &[Entry])] = &[
         ],
     ),
     (
+        "Plants",
+        &[
+            entry("triangles", "of a plant in its finest level of detail, as path tracing sees it"),
+            entry(
+                "drawn with",
+                "those of the level that the last picture shows, the coarser the farther away",
+            ),
+            entry("together", "if all plants of the kind were drawn in their finest level"),
+        ],
+    ),
+    (
         "Path tracer",
         &[
             entry("samples", "paths for each pixel so far, and how many are asked for"),

@@ -254,9 +254,9 @@ pub fn tracing(ui: &mut Ui, status: &Status, mut save: impl FnMut()) -> Option<C
     ui.horizontal(|ui| {
         let name = if *tracing { "Stop" } else { "Trace paths" };
         let hover = if progress.finished {
-            "From here, until something moves (P)"
+            "Whenever nothing moves, from where the eye is (P)"
         } else {
-            "The land as it is now, from here (P)"
+            "The land as it is now, from where the eye is; the simulation rests (P)"
         };
         if ui.button(name).on_hover_text(hover).clicked() {
             command = Some(Command::Trace(!tracing));

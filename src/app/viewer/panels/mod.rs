@@ -5,6 +5,8 @@ pub mod files;
 pub mod help;
 pub mod land;
 pub mod parameters;
+pub mod picture;
+pub mod plants;
 pub mod timings;
 pub mod welcome;
 pub mod zoom;

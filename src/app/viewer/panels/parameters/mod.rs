@@ -6,6 +6,8 @@ mod sections;
 mod tests;
 mod widgets;
 
+pub use widgets::call;
+
 use super::super::document::{Document, Refusal};
 use crate::world::schema::{Key, REQUIRED, Shape, Table, parse_item};
 use crate::world::{self, Edit, KeyPath};
@@ -24,20 +26,12 @@ pub struct Wishes {
     pub browse: Option<KeyPath>,
 }
 
+static SHAPE: LazyLock<Table> = LazyLock::new(world::shape);
+
 /// Shows the keys of the world that the words of `filter` lead to, all without any.
 pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Wishes {
-    static SHAPE: LazyLock<Table> = LazyLock::new(world::shape);
-
-    let words: Vec<String> = filter.split_whitespace().map(str::to_lowercase).collect();
-    let without = if document.world().zoom.is_some() { OF_LAND } else { &[] };
-    let mut panel = Panel {
-        words,
-        without,
-        refused: document.refused(),
-        edits: Vec::new(),
-        browse: None,
-        is_aside: false,
-    };
+    let mut panel = Panel::of(document);
+    panel.words = filter.split_whitespace().map(str::to_lowercase).collect();
     let top = KeyPath::default();
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         if !panel.words.is_empty() && !SHAPE.keys.iter().any(|key| panel.leads_to(key, "")) {
@@ -51,6 +45,19 @@ pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Wishes {
 /// Keys that an endless zoom does not heed.
 const OF_LAND: &[&str] =
     &["controls", "terrain", "erosion", "reef", "sea", "surface", "species", "models", "plants"];
+
+/// Shows some keys of a section by themselves.
+pub fn rows(ui: &mut Ui, document: &Document, section: &str, names: &[&str]) -> Wishes {
+    let mut panel = Panel::of(document);
+    let shape = SHAPE.keys.iter().find(|key| key.name == section).map(|key| &key.shape);
+    if let Some(Shape::Table(table)) = shape {
+        let rows = table.keys.iter().filter(|key| names.contains(&key.name)).cloned().collect();
+        let table = Table { keys: rows, ..table.clone() };
+        let item = document.item().get(section);
+        panel.table(ui, &table, item, &KeyPath::from(section));
+    }
+    Wishes { edits: panel.edits, browse: panel.browse }
+}
 
 /// What is shown while it is shown.
 struct Panel<'a> {
@@ -85,6 +92,19 @@ impl Entry<'_> {
         match (self.written, &self.default) {
             (Some(written), Some(default)) => !same(written, default),
             (written, _) => written.is_some(),
+        }
+    }
+}
+
+impl<'a> Panel<'a> {
+    fn of(document: &'a Document) -> Panel<'a> {
+        Panel {
+            words: Vec::new(),
+            without: if document.world().zoom.is_some() { OF_LAND } else { &[] },
+            refused: document.refused(),
+            edits: Vec::new(),
+            browse: None,
+            is_aside: false,
         }
     }
 }
