@@ -3,7 +3,7 @@
 //! Structs of uniform and storage blocks are written once, by name, at the top of `shaders`; two shaders that give one
 //! name two layouts are an error. Offsets and sizes are asserted at compile time.
 
-use crate::shader::{Binding, Constant, Program};
+use super::shader::{Binding, Constant, Program};
 use spirq::{
     spirv::{Dim, ImageFormat},
     ty::AccessType,
@@ -21,7 +21,7 @@ pub fn rust(programs: &[Program]) -> Result<String, String> {
         rooms.entry(&program.room).or_default().push_str(&module);
     }
     let mut text = String::from("// Written by build.rs from the SPIR-V of glsl/. Do not edit.\n\n");
-    for definition in shared.0.values() {
+    for definition in shared.definitions() {
         text += definition;
     }
     for (room, modules) in rooms {
@@ -34,9 +34,13 @@ const INFALLIBLE: &str = "writing to a string cannot fail";
 
 /// Definitions of the structs that blocks are made of, by name.
 #[derive(Default)]
-struct Structs(BTreeMap<String, String>);
+pub struct Structs(BTreeMap<String, String>);
 
 impl Structs {
+    pub fn definitions(&self) -> impl Iterator<Item = &String> {
+        self.0.values()
+    }
+
     /// Adds `block` and the structs inside it; returns its path from inside a program's module.
     fn add(&mut self, block: &StructType) -> Result<String, String> {
         let name = block.name().ok_or("a struct has no name")?.to_owned();
@@ -53,7 +57,8 @@ impl Structs {
     }
 }
 
-fn program_module(program: &Program, shared: &mut Structs) -> Result<String, String> {
+/// The module of one program. The structs that it needs are added to `shared`.
+pub fn program_module(program: &Program, shared: &mut Structs) -> Result<String, String> {
     let Program { room, stem, interface, .. } = program;
     let push = match &interface.push {
         Some(Type::Struct(block)) => struct_definition("Push", block, shared)?,
@@ -72,6 +77,8 @@ fn program_module(program: &Program, shared: &mut Structs) -> Result<String, Str
         )
         .expect(INFALLIBLE);
     }
+    let outputs: String =
+        interface.outputs.iter().map(|(location, ty)| format!("/// - Writes {location}: {ty}\n")).collect();
     let kind = match interface.workgroup {
         Some(size) => {
             format!("impl ComputeInterface for Shader {{ const WORKGROUP: [u32; 3] = {size:?}; }}")
@@ -83,7 +90,7 @@ fn program_module(program: &Program, shared: &mut Structs) -> Result<String, Str
 pub mod {stem} {{
 #[allow(unused_imports)] // One list for every program; each uses its share.
 use crate::gpu::{{format, AccelerationStructure, Access, Bind, Bindable, BindingLayout, Buffer, ComputeInterface, Image, Interface, Layers, RasterInterface, ResourceKind, Specialize, StageKind, Texels}};
-#[derive(Clone, Copy, Debug)]
+{outputs}#[derive(Clone, Copy, Debug)]
 pub enum Shader {{}}
 {push}{constants}{bindings}
 impl Interface for Shader {{

@@ -46,6 +46,8 @@ pub struct Interface {
     pub bindings: BTreeMap<u32, Binding>,
     pub push: Option<Type>,
     pub constants: BTreeMap<u32, Constant>,
+    /// What the last stage writes, by location: the colours of a raster pipeline.
+    pub outputs: BTreeMap<u32, Type>,
     /// Compute only.
     pub workgroup: Option<[u32; 3]>,
 }
@@ -101,40 +103,63 @@ impl StageKind {
     }
 }
 
-/// Every program under `glsl`, in the order of their names. `glsl/lib` is included only.
-pub fn compile_all(glsl: &Path) -> Result<Vec<Program>, String> {
-    let compiler = Compiler::new().map_err(|error| error.to_string())?;
-    let mut programs = BTreeMap::<(String, String), Program>::new();
+/// The files of one program.
+pub struct Source {
+    pub room: String,
+    pub stem: String,
+    pub files: Vec<(StageKind, PathBuf)>,
+}
+
+/// The files of every program under `glsl`, in the order of their names. `glsl/lib` is included only.
+pub fn sources(glsl: &Path) -> Result<Vec<Source>, String> {
+    let mut sources = BTreeMap::<(String, String), Source>::new();
     for path in shader_files(glsl)? {
         let kind = extension(&path).and_then(StageKind::from_extension).ok_or_else(|| {
             format!("{}: not the name of a shader stage (.comp .vert .tesc .tese .frag)", path.display())
         })?;
         let room = file_stem(path.parent().unwrap_or(glsl));
         let stem = file_stem(&path);
-        let spirv = compile(&compiler, glsl, &path, kind, OptimizationLevel::Performance)?;
-        // Optimization drops what is declared and not used; the promise is what the source declares.
-        let declared = compile(&compiler, glsl, &path, kind, OptimizationLevel::Zero)?;
-        let program = programs.entry((room.clone(), stem.clone())).or_insert_with(|| Program {
+        let source = sources.entry((room.clone(), stem.clone())).or_insert_with(|| Source {
             room,
             stem,
-            stages: Vec::new(),
-            interface: Interface::default(),
+            files: Vec::new(),
         });
-        program.interface.add_stage(&declared).map_err(|error| format!("{}: {error}", path.display()))?;
-        program.stages.push(Stage { kind, spirv });
+        source.files.push((kind, path));
     }
-    for program in programs.values_mut() {
-        program.stages.sort_by_key(|stage| stage.kind);
-        let computes = program.stages.iter().any(|stage| stage.kind == StageKind::Compute);
-        let name = format!("glsl/{}/{}", program.room, program.stem);
-        if computes && program.stages.len() > 1 {
-            return Err(format!("{name}: a compute shader beside raster stages"));
-        }
-        if computes && program.interface.workgroup.is_none() {
-            return Err(format!("{name}: the workgroup size is not literal"));
-        }
+    for source in sources.values_mut() {
+        source.files.sort_by_key(|(kind, _)| *kind);
     }
-    Ok(programs.into_values().collect())
+    Ok(sources.into_values().collect())
+}
+
+/// Every program under `glsl`, in the order of their names.
+pub fn compile_all(glsl: &Path) -> Result<Vec<Program>, String> {
+    let compiler = Compiler::new().map_err(|error| error.to_string())?;
+    sources(glsl)?.into_iter().map(|source| source.compile(&compiler, glsl)).collect()
+}
+
+impl Source {
+    pub fn compile(&self, compiler: &Compiler, glsl: &Path) -> Result<Program, String> {
+        let Source { room, stem, files } = self;
+        let (mut stages, mut interface) = (Vec::new(), Interface::default());
+        for (kind, path) in files {
+            let spirv = compile(compiler, glsl, path, *kind, OptimizationLevel::Performance)?;
+            // Optimization drops what is declared and not used; the promise is what the source declares.
+            let declared = compile(compiler, glsl, path, *kind, OptimizationLevel::Zero)?;
+            interface
+                .add_stage(*kind, &declared)
+                .map_err(|error| format!("{}: {error}", label(glsl, path)))?;
+            stages.push(Stage { kind: *kind, spirv });
+        }
+        let computes = stages.iter().any(|stage| stage.kind == StageKind::Compute);
+        if computes && stages.len() > 1 {
+            return Err(format!("glsl/{room}/{stem}: a compute shader beside raster stages"));
+        }
+        if computes && interface.workgroup.is_none() {
+            return Err(format!("glsl/{room}/{stem}: the workgroup size is not literal"));
+        }
+        Ok(Program { room: room.clone(), stem: stem.clone(), stages, interface })
+    }
 }
 
 fn shader_files(glsl: &Path) -> Result<Vec<PathBuf>, String> {
@@ -150,7 +175,8 @@ fn shader_files(glsl: &Path) -> Result<Vec<PathBuf>, String> {
     let mut files = Vec::new();
     for room in list(glsl)? {
         if room.is_dir() && file_stem(&room) != "lib" {
-            files.extend(list(&room)?);
+            // Editors keep files of their own beside what is edited.
+            files.extend(list(&room)?.into_iter().filter(|path| !file_stem(path).starts_with('.')));
         }
     }
     Ok(files)
@@ -163,7 +189,7 @@ fn compile(
     kind: StageKind,
     level: OptimizationLevel,
 ) -> Result<Vec<u32>, String> {
-    let source = fs::read_to_string(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let source = fs::read_to_string(path).map_err(|error| format!("{}: {error}", label(glsl, path)))?;
     let mut options = CompileOptions::new().map_err(|error| error.to_string())?;
     options.set_target_env(TargetEnv::Vulkan, EnvVersion::Vulkan1_3 as u32);
     options.set_optimization_level(level);
@@ -172,7 +198,7 @@ fn compile(
         let content = fs::read_to_string(glsl.join(name)).map_err(|error| format!("glsl/{name}: {error}"))?;
         Ok(ResolvedInclude { resolved_name: format!("glsl/{name}"), content })
     });
-    let name = path.display().to_string();
+    let name = label(glsl, path);
     let artifact = compiler
         .compile_into_spirv(&source, kind.shaderc(), &name, "main", Some(&options))
         .map_err(|error| error.to_string())?;
@@ -180,7 +206,7 @@ fn compile(
 }
 
 impl Interface {
-    fn add_stage(&mut self, spirv: &[u32]) -> Result<(), String> {
+    fn add_stage(&mut self, kind: StageKind, spirv: &[u32]) -> Result<(), String> {
         let entry_points = ReflectConfig::new()
             .spv(spirv)
             .ref_all_rscs(true)
@@ -191,6 +217,7 @@ impl Interface {
             return Err(format!("{} entry points where one is expected", entry_points.len()));
         };
         let defaults = specialization_defaults(spirv);
+        let mut outputs = BTreeMap::new();
         for variable in &entry_point.vars {
             match variable {
                 Variable::Descriptor { name, desc_bind, desc_ty, ty, .. } => {
@@ -216,9 +243,19 @@ impl Interface {
                         .ok_or_else(|| format!("constant `{name}` has no 32-bit default"))?;
                     merge(&mut self.constants, *spec_id, Constant { name, ty: ty.clone(), default })?;
                 }
-                Variable::Input { .. } | Variable::Output { .. } => {}
+                Variable::Input { name, location, ty } => {
+                    // Those of tessellation are arrays over the vertices of a patch.
+                    if kind == StageKind::Fragment && self.outputs.get(&location.loc()) != Some(ty) {
+                        let name = name.clone().unwrap_or_default();
+                        return Err(format!("the stage before writes no {ty} for `{name}`"));
+                    }
+                }
+                Variable::Output { location, ty, .. } => {
+                    outputs.insert(location.loc(), ty.clone());
+                }
             }
         }
+        self.outputs = outputs;
         self.workgroup = self.workgroup.or(workgroup(spirv));
         Ok(())
     }
@@ -306,6 +343,11 @@ fn instructions(spirv: &[u32]) -> impl Iterator<Item = (u32, &[u32])> {
         rest = &rest[length..];
         Some((first & 0xffff, operands))
     })
+}
+
+/// What messages call a file, wherever `glsl` is.
+pub fn label(glsl: &Path, path: &Path) -> String {
+    Path::new("glsl").join(path.strip_prefix(glsl).unwrap_or(path)).display().to_string()
 }
 
 fn file_stem(path: &Path) -> String {

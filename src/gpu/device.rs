@@ -105,6 +105,9 @@ pub(super) struct Shared {
     pub pipeline_cache: vk::PipelineCache,
     /// Of devices that trace rays by themselves.
     pub acceleration: Option<Acceleration>,
+    /// Programs in place of those of the build.
+    #[cfg(feature = "reload")]
+    pub edited: Mutex<Vec<super::Edited>>,
     queue: Mutex<vk::Queue>,
     memory: Mutex<Option<Memory>>,
     physical: vk::PhysicalDevice,
@@ -576,6 +579,8 @@ fn open(
         queue_family,
         timestamps,
         pipeline_cache,
+        #[cfg(feature = "reload")]
+        edited: Mutex::default(),
         queue: Mutex::new(queue),
         memory: Mutex::new(Some(memory)),
         physical,

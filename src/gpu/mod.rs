@@ -24,12 +24,16 @@ mod memory;
 mod objects;
 mod pipeline;
 mod recorder;
+#[cfg(feature = "reload")]
+mod reload;
 mod submission;
 #[cfg(feature = "viewer")]
 mod swapchain;
 mod texels;
 mod transfer;
 
+#[cfg(feature = "reload")]
+pub use self::reload::{Changes, Edited, Sources};
 #[cfg(feature = "viewer")]
 pub use self::swapchain::{Pacing, Shown, Swapchain, Target, window_extensions};
 pub use self::{

@@ -387,11 +387,18 @@ impl Parts {
         parts.specialization.data_size = parts.values.len();
         parts.specialization.p_data = parts.values.as_ptr().cast();
         for (kind, spirv) in S::STAGES {
-            let words = ash::util::read_spv(&mut Cursor::new(spirv)).map_err(|error| {
-                Error::Unsupported(format!("{}: the shader is not SPIR-V ({error})", S::NAME))
-            })?;
+            #[cfg(feature = "reload")]
+            let edited = gpu.edited(S::NAME, parts.modules.len());
+            #[cfg(not(feature = "reload"))]
+            let edited = None;
+            let words = match edited {
+                Some(words) => words,
+                None => ash::util::read_spv(&mut Cursor::new(spirv)).map_err(|error| {
+                    Error::Unsupported(format!("{}: the shader is not SPIR-V ({error})", S::NAME))
+                })?,
+            };
             let info = vk::ShaderModuleCreateInfo::default().code(&words);
-            // SAFETY: the words were written by the compiler at build time.
+            // SAFETY: the words were written by the compiler, and promise what `S` does.
             let module = unsafe { device.create_shader_module(&info, None) }
                 .map_err(vk_error("vkCreateShaderModule"))?;
             parts.modules.push((stage(*kind), module));

@@ -9,6 +9,8 @@ use super::panels::files::{self, Chooser, Chosen, Notice, Purpose, Recent, Recov
 use super::panels::parameters::Wishes;
 use super::panels::{export as form, help, land, parameters, picture, plants, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
+#[cfg(feature = "reload")]
+use super::shaders::{Replaced, Shaders};
 use super::state::{self, Bookmark, State};
 use super::window::WORLD;
 use super::{shipped, theme};
@@ -35,6 +37,9 @@ pub enum Wish {
     /// Points.
     Resize([f32; 2]),
     Pace(Pacing),
+    /// The program that draws panels has been replaced.
+    #[cfg(feature = "reload")]
+    Reprogram,
     Close,
 }
 
@@ -76,6 +81,8 @@ pub struct Desk {
     watcher: Option<notify::RecommendedWatcher>,
     touched: Arc<AtomicBool>,
     on_disk: OnDisk,
+    #[cfg(feature = "reload")]
+    shaders: Option<Shaders>,
     next: Option<Next>,
 
     welcome: welcome::Welcome,
@@ -144,6 +151,8 @@ impl Desk {
             watcher: None,
             touched: Arc::default(),
             on_disk: OnDisk::Same,
+            #[cfg(feature = "reload")]
+            shaders: None,
             next: None,
             welcome: Default::default(),
             timings: Default::default(),
@@ -177,7 +186,35 @@ impl Desk {
         desk
     }
 
-    fn say(&mut self, sentence: String, bad: bool) {
+    /// Shaders are watched from now on, and programs replaced when they are edited.
+    #[cfg(feature = "reload")]
+    pub fn with_shaders(mut self, gpu: &crate::gpu::Gpu) -> Desk {
+        match Shaders::watch(gpu, self.wake.clone()) {
+            Ok(shaders) => self.shaders = Some(shaders),
+            Err(reason) => self.say(reason, true),
+        }
+        self
+    }
+
+    /// Takes edited shaders over.
+    #[cfg(feature = "reload")]
+    fn look_at_shaders(&mut self) {
+        while let Some(Replaced { rooms, files, refusals }) =
+            self.shaders.as_ref().and_then(Shaders::replaced)
+        {
+            refusals.into_iter().for_each(|refusal| self.say(refusal, true));
+            if rooms.is_empty() {
+                continue;
+            }
+            self.say(format!("read {} again", files.join(", ")), false);
+            if rooms.contains("viewer") {
+                self.wishes.push(Wish::Reprogram);
+            }
+            self.engine.send(Command::Reprogram { land: rooms.contains("terrain") });
+        }
+    }
+
+    pub fn say(&mut self, sentence: String, bad: bool) {
         self.messages.push((Instant::now(), sentence, bad));
     }
 
@@ -263,6 +300,8 @@ impl Desk {
         if self.touched.swap(false, Ordering::Relaxed) {
             self.look_at_file();
         }
+        #[cfg(feature = "reload")]
+        self.look_at_shaders();
         if let Some(ended) = self.export.as_mut().and_then(Export::ended) {
             self.export = None;
             match ended {

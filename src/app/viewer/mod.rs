@@ -6,6 +6,7 @@
 //! - `document` is the world file as it is edited; `recovery` keeps what is not saved, `state` what is remembered from run to run.
 //! - `camera` moves the eye over land; `script` plays a file of keys and mouse; `widgets` knows where things are by their names.
 //! - `shipped` are the worlds that come with the program; `export` runs `terrane export` beside it.
+//! - `shaders` looks whether shaders are edited, if the program was built for that.
 
 mod camera;
 mod desk;
@@ -17,6 +18,8 @@ mod painter;
 mod panels;
 mod recovery;
 mod script;
+#[cfg(feature = "reload")]
+mod shaders;
 mod shipped;
 mod state;
 mod theme;

@@ -43,19 +43,35 @@ const _: () = assert!(
         && offset_of!(Vertex, color) == offset_of!(PanelVertex, colour)
 );
 
+const STATE: RasterState = RasterState {
+    color: &[Rgba8::VK],
+    depth: Depth::None,
+    topology: Topology::Triangles,
+    cull: Cull::None,
+    blend: Blend::Premultiplied,
+};
+
 impl Painter {
     /// # Errors
     /// What the device lacks.
     pub fn new(gpu: &Gpu) -> gpu::Result<Painter> {
-        let state = RasterState {
-            color: &[Rgba8::VK],
-            depth: Depth::None,
-            topology: Topology::Triangles,
-            cull: Cull::None,
-            blend: Blend::Premultiplied,
-        };
-        let pass = Raster::new(gpu, (), &state)?;
-        Ok(Painter { gpu: gpu.clone(), pass, textures: HashMap::new(), meshes: Default::default(), turn: 0 })
+        Ok(Painter {
+            gpu: gpu.clone(),
+            pass: Raster::new(gpu, (), &STATE)?,
+            textures: HashMap::new(),
+            meshes: Default::default(),
+            turn: 0,
+        })
+    }
+
+    /// Makes the program anew: it has been replaced.
+    ///
+    /// # Errors
+    /// What the device lacks.
+    #[cfg(feature = "reload")]
+    pub fn reprogram(&mut self) -> gpu::Result<()> {
+        self.pass = Raster::new(&self.gpu, (), &STATE)?;
+        Ok(())
     }
 
     /// Takes over what has changed of egui's textures, before the picture that shows them is painted.

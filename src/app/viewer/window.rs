@@ -233,6 +233,8 @@ impl Application<'_> {
         let named = self.script.as_ref().is_some_and(Script::has_names);
         let widgets = (named || Widgets::are_wanted()).then(|| Widgets::new(&context));
         let desk = Desk::new(&context, engine, wake, self.document.take(), (folder, state, warning));
+        #[cfg(feature = "reload")]
+        let desk = desk.with_shaders(&gpu);
         window.request_redraw();
         Ok(Open {
             desk,
@@ -390,6 +392,12 @@ impl Open {
                     let _ = self.window.request_inner_size(LogicalSize::new(width, height));
                 }
                 Wish::Pace(pacing) => self.swapchain.pace(pacing),
+                #[cfg(feature = "reload")]
+                Wish::Reprogram => {
+                    if let Err(error) = self.painter.reprogram() {
+                        self.desk.say(error.to_string(), true);
+                    }
+                }
                 Wish::Close => self.desk.close(),
             }
         }

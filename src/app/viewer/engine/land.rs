@@ -4,11 +4,7 @@ use super::plants::{Planted, Planting, Plants, Selected};
 use super::trace::{Ended, Trace};
 use super::{Command, Frame, Means, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
 use crate::app::viewer::camera::Rig;
-use crate::app::{
-    Error, interrupt,
-    keep::{self, Keeper},
-    land, population,
-};
+use crate::app::{Error, interrupt, keep::Keeper, land, population};
 use crate::core::camera::Pinhole;
 use crate::formats;
 use crate::gpu::{
@@ -176,7 +172,7 @@ pub struct Land {
 impl Land {
     /// The finished land, if it is known; the bare ground otherwise, which then changes.
     pub fn new(studio: &mut Studio, world: &Arc<World>) -> Result<Land, Error> {
-        studio.session.cache = keep::cache(&mut studio.session)?;
+        studio.session.cache = studio.cache()?;
         let mut simulation =
             Keeper::new(&studio.gpu, world, &mut studio.session).begin(&mut studio.session)?;
         if !simulation.progress().finished {
@@ -331,9 +327,7 @@ impl Land {
             }
             Command::Restart => {
                 interrupt::cancel(false);
-                let simulation = Simulation::new(&studio.gpu, &self.world.plan)?;
-                let again = Land::with(studio, &self.world.clone(), simulation)?;
-                self.begin_again(studio, again)?;
+                self.restart(studio)?;
             }
             Command::Stroke => self.begin_stroke()?,
             Command::Paint { kind, at, radius, strength } => {
@@ -412,6 +406,26 @@ impl Land {
         let eye = self.rig.eye;
         let ground = |ray: Vec3| self.met(ray).map_or(f32::INFINITY, |point| point.distance(eye));
         self.plants.as_ref()?.seen_at(at, &self.camera(&film), &film, ground)
+    }
+
+    /// Programs have been replaced: what draws is made anew from them, and the land begins again if they `make_land`.
+    #[cfg(feature = "reload")]
+    pub fn reprogram(&mut self, studio: &mut Studio, make_land: bool) -> Result<(), Error> {
+        if make_land {
+            studio.session.cache = studio.cache()?;
+            return self.restart(studio);
+        }
+        let renderer = studio.renderer()?;
+        self.live = Live::new(&studio.gpu, renderer, self.live.scene().clone())?;
+        (self.trace, self.drawing, self.shown) = (Trace::default(), None, None);
+        self.look_again();
+        Ok(())
+    }
+
+    fn restart(&mut self, studio: &mut Studio) -> Result<(), Error> {
+        let simulation = Simulation::new(&studio.gpu, &self.world.plan)?;
+        let again = Land::with(studio, &self.world.clone(), simulation)?;
+        self.begin_again(studio, again)
     }
 
     /// Other land in its place, looked at and made as this one was.

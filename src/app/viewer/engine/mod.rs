@@ -13,13 +13,13 @@ pub use plants::{Census, Selected};
 pub use zoom::{Course, Drawn};
 
 use super::camera::{Rig, Steering};
-use crate::app::{Error, Session, interrupt, progress::Progress, report::Report};
+use crate::app::{Error, Session, interrupt, keep, progress::Progress, report::Report};
 use crate::core::camera::Pinhole;
 use crate::gpu::{Gpu, Image, MessageLog, Usage, format::Rgba8};
 use crate::raster;
 use crate::terrain::{self, BrushKind, Kind};
 use crate::trace::Tracer;
-use crate::world::World;
+use crate::world::{World, cache::Cache};
 use crate::zoom::marks::Marks;
 use glam::Vec2;
 use land::Land;
@@ -83,6 +83,11 @@ pub enum Command {
     Mark(Marks),
     /// Its tiles stay those that are seen from where the eye is.
     Freeze(bool),
+    /// Programs have been replaced, and perhaps some that make land.
+    #[cfg(feature = "reload")]
+    Reprogram {
+        land: bool,
+    },
     Quit,
 }
 
@@ -461,6 +466,15 @@ impl Works {
                 studio.steering = steering;
             }
             (Command::Quit, _) => {}
+            #[cfg(feature = "reload")]
+            (Command::Reprogram { land }, stage) => {
+                studio.renderer = None;
+                match stage {
+                    Stand::Land(stage) => stage.reprogram(studio, land)?,
+                    Stand::Zoom(zoom) => zoom.reprogram(studio)?,
+                    Stand::Empty => {}
+                }
+            }
             (command, Stand::Land(land)) => land.obey(studio, speaker, command)?,
             (command, Stand::Zoom(zoom)) => zoom.obey(studio, speaker, command)?,
             (_, Stand::Empty) => {}
@@ -506,6 +520,15 @@ impl Studio {
         let seconds = self.steered.elapsed().as_secs_f32().min(0.5);
         self.steered = Instant::now();
         seconds
+    }
+
+    /// The cache of finished land; none once that is made by other programs than those of the build.
+    fn cache(&mut self) -> Result<Option<Cache>, Error> {
+        #[cfg(feature = "reload")]
+        if self.gpu.has_replaced("terrain") {
+            return Ok(None);
+        }
+        keep::cache(&mut self.session)
     }
 
     /// What land is drawn with.

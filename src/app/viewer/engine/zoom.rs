@@ -72,12 +72,8 @@ pub struct Zoom {
 impl Zoom {
     pub fn new(studio: &mut Studio, world: &Arc<World>) -> Result<Zoom, Error> {
         let zoom = zoom_of(world)?;
-        let film = film(world, studio.size, DETAILS[0].0);
         let surface = zoom.surface(world.seed);
-        let mut settings = zoom.settings(&film, world.fov);
-        settings.samples = DETAILS[0].1;
-        let mut renderer = view::Renderer::new(&studio.gpu, surface, settings, &world.light, &film)?;
-        renderer.mark(studio.marks)?;
+        let mut renderer = renderer(studio, world)?;
         let mut autopilot = Autopilot::new(surface);
         let depth = Depth((zoom.depth * 65_536.0) as u64);
         let pose = autopilot.at(renderer.spine(), depth);
@@ -113,6 +109,13 @@ impl Zoom {
         }
         next.paused = self.paused;
         *self = next;
+        Ok(())
+    }
+
+    /// Programs have been replaced: what draws is made anew from them.
+    #[cfg(feature = "reload")]
+    pub fn reprogram(&mut self, studio: &Studio) -> Result<(), Error> {
+        (self.renderer, self.detail, self.frozen) = (renderer(studio, &self.world)?, 0, false);
         Ok(())
     }
 
@@ -359,6 +362,17 @@ impl Zoom {
 
 fn zoom_of(world: &World) -> Result<&crate::world::Zoom, Error> {
     world.zoom.as_ref().ok_or_else(|| Error::Missing("the world has no `zoom`".into()))
+}
+
+fn renderer(studio: &Studio, world: &World) -> Result<view::Renderer, Error> {
+    let zoom = zoom_of(world)?;
+    let (scale, samples) = DETAILS[0];
+    let film = film(world, studio.size, scale);
+    let settings = view::Settings { samples, ..zoom.settings(&film, world.fov) };
+    let mut renderer =
+        view::Renderer::new(&studio.gpu, zoom.surface(world.seed), settings, &world.light, &film)?;
+    renderer.mark(studio.marks)?;
+    Ok(renderer)
 }
 
 fn film(world: &World, [width, height]: [u32; 2], scale: f32) -> Film {
