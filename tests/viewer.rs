@@ -125,6 +125,9 @@ fn a_picture_is_traced_and_saved() {
     viewer.see("error about");
     viewer.push("Stop");
     viewer.see("Trace paths");
+    // It is left while it traces.
+    viewer.push("Trace paths");
+    viewer.see("Stop");
     viewer.key("ctrl+q");
     good(&viewer.end());
 }
@@ -224,6 +227,14 @@ fn what_is_not_saved_is_offered_again() {
     std::thread::sleep(Duration::from_millis(1500));
     viewer.kill();
 
+    // Killed, or asked to end.
+    let mut viewer = desktop.view(folder, &["--size", "960x540"], &[]);
+    viewer.see("Not saved when terrane ended");
+    viewer.push("Open");
+    viewer.see("not saved");
+    viewer.terminate();
+    assert_eq!(viewer.end().status.code(), Some(130));
+
     let mut viewer = desktop.view(folder, &["--size", "960x540"], &[]);
     viewer.see("Not saved when terrane ended");
     viewer.push("Open");
@@ -239,8 +250,7 @@ fn what_is_not_saved_is_offered_again() {
 fn windows_that_fail_are_made_again() {
     let folder = folder_with(&[("island.toml", ISLAND)]);
     let desktop = Desktop::new();
-    let failures =
-        "acquire:3:out_of_date,acquire:6:surface_lost,present:4:out_of_date,present:9:surface_lost";
+    let failures = "create:1:surface_lost,acquire:3:out_of_date,acquire:6:surface_lost,present:4:out_of_date,present:9:surface_lost";
     let arguments = ["island.toml", "--size", "480x270", "--exit-after", "40", "--json"];
     let viewer = desktop.view(folder.path(), &arguments, &[("TERRANE_LOSE_WINDOW", failures)]);
     let output = viewer.end();

@@ -39,6 +39,12 @@ void main() {
         precise float ground = imageLoad(start, cell).x + push.strength * share;
         precise float raised = ground + imageLoad(change, cell).x;
         imageStore(start, cell, vec4(ground));
+        // What comes out of the sea comes out dry.
+        if (imageLoad(height, cell).x < push.sea_level && !outside(cell, imageSize(water))) {
+            vec4 wet = imageLoad(water, cell);
+            wet.x = max(0.0, wet.x - max(0.0, push.strength * share));
+            imageStore(water, cell, wet);
+        }
         imageStore(height, cell, vec4(raised));
     } else if (KIND == RAIN) {
         vec4 wet = imageLoad(water, cell);

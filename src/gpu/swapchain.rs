@@ -161,7 +161,15 @@ impl Swapchain {
         }
         let timings = self.make_room()?;
         if self.stale || self.chain.is_none() {
-            self.make_chain()?;
+            let made = match self.failures.at("create") {
+                Some(result) => Err(vk_error("vkCreateSwapchainKHR")(result)),
+                None => self.make_chain(),
+            };
+            match made {
+                Ok(()) => {}
+                Err(Error::Vk { op, result }) => return self.stumble(result, op),
+                Err(error) => return Err(error),
+            }
         }
         let acquired = self.semaphore()?;
         let Some(chain) = &self.chain else {

@@ -200,8 +200,16 @@ impl Viewer<'_> {
     /// Clicks on what has a name that begins so.
     #[track_caller]
     pub fn push(&mut self, name: &str) {
-        let place = self.place(name);
-        self.click(&place);
+        let mut place = self.place(name);
+        // Windows find their place in their first frames.
+        loop {
+            sleep(Duration::from_millis(150));
+            let later = self.place(name);
+            if later == place {
+                return self.click(&place);
+            }
+            place = later;
+        }
     }
 
     pub fn click(&self, [x, y]: &[String; 2]) {
@@ -308,6 +316,13 @@ impl Viewer<'_> {
             sleep(Duration::from_millis(20));
         }
         child.wait_with_output().expect("it can be waited for")
+    }
+
+    /// Asks its process to end.
+    pub fn terminate(&self) {
+        let id = self.child.as_ref().expect("it runs").id().to_string();
+        let told = Command::new("kill").args(["-TERM", &id]).status();
+        assert!(told.expect("kill is there").success());
     }
 
     /// Ends it as a crash would.

@@ -84,6 +84,8 @@ pub struct Desk {
     #[cfg(feature = "reload")]
     shaders: Option<Shaders>,
     next: Option<Next>,
+    /// Worlds that the engine was told to open and has not begun with.
+    awaited: usize,
 
     welcome: welcome::Welcome,
     timings: timings::Timings,
@@ -117,6 +119,9 @@ pub struct Desk {
 
 /// How long a message can be read.
 const MESSAGE: Duration = Duration::from_secs(8);
+
+/// The last ones are shown.
+const MOST_MESSAGES: usize = 5;
 
 /// Radians that the eye turns for a point of the mouse's way.
 const LOOK: f32 = 0.004;
@@ -154,6 +159,7 @@ impl Desk {
             #[cfg(feature = "reload")]
             shaders: None,
             next: None,
+            awaited: 0,
             welcome: Default::default(),
             timings: Default::default(),
             look: Default::default(),
@@ -177,11 +183,11 @@ impl Desk {
             messages: Vec::new(),
             heard: Instant::now(),
         };
-        if let Some(warning) = warning {
-            desk.say(warning, true);
-        }
         if let Some(document) = document {
             desk.take(document);
+        }
+        if let Some(warning) = warning {
+            desk.say(warning, true);
         }
         desk
     }
@@ -224,6 +230,8 @@ impl Desk {
         self.wishes.push(Wish::Title(format!("{} - terrane", world.name)));
         self.state.opened(document.source());
         self.engine.send(Command::Open(world.clone()));
+        self.awaited += 1;
+        self.messages.clear();
         (self.frame, self.status, self.look, self.on_disk) = Default::default();
         self.timings.clear();
         self.exposure = picture::Exposure::of(&world);
@@ -268,7 +276,14 @@ impl Desk {
 
     fn do_next(&mut self) {
         match self.next.take() {
-            Some(Next::Close) => self.over = true,
+            Some(Next::Close) => {
+                if let Some(keeper) = &mut self.keeper {
+                    keeper.forget();
+                }
+                // Or it would be kept for the next start.
+                self.document = None;
+                self.over = true;
+            }
             Some(Next::New) => match Document::untitled("untitled", "format = 1\n", Path::new("")) {
                 Ok(document) => self.take(document),
                 Err(error) => self.say(error.to_string(), true),
@@ -283,9 +298,14 @@ impl Desk {
     /// # Errors
     /// What ended it.
     pub fn listen(&mut self) -> Result<(), Error> {
+        // What it says before it ends is heard.
+        let is_dead = self.engine.is_dead();
         while let Some(news) = self.engine.news() {
             self.heard = Instant::now();
             match news {
+                News::Opened => self.awaited = self.awaited.saturating_sub(1),
+                // They are of the world before.
+                News::Frame(_) | News::Status(_) | News::Section(_) if self.awaited > 0 => {}
                 News::Frame(frame) => self.frame = Some(frame),
                 News::Status(status) => {
                     self.timings.note(&status);
@@ -312,7 +332,7 @@ impl Desk {
                 Err(said) => self.say(said, true),
             }
         }
-        match self.engine.is_dead() {
+        match is_dead {
             true => Err(Error::Window("the engine has ended; what it said is above".into())),
             false => Ok(()),
         }
@@ -322,6 +342,7 @@ impl Desk {
     fn look_at_file(&mut self) {
         let Some(document) = &mut self.document else { return };
         self.on_disk = document.on_disk();
+        document.note_gone(matches!(self.on_disk, OnDisk::Gone));
         if matches!(self.on_disk, OnDisk::Changed) && !document.is_dirty() {
             self.reload();
         }
@@ -374,7 +395,13 @@ impl Desk {
             // Nobody is left to be told.
             let _ = keeper.keep(document);
         }
-        self.state.window = window.or(self.state.window);
+        self.state.window = match (window, self.state.window) {
+            // It has the screen's size.
+            (Some(window), Some(before)) if window.maximised => {
+                Some(state::Window { maximised: true, ..before })
+            }
+            (window, before) => window.or(before),
+        };
         if let Some(folder) = &self.folder {
             let _ = self.state.save(folder);
         }
@@ -392,10 +419,9 @@ impl Desk {
         if self.panels && self.document.is_some() {
             let most = (ui.available_width() * 0.45).max(120.0);
             Panel::bottom("status").show(ui, |ui| self.status_bar(ui));
-            Panel::left("world")
-                .default_size(310.0_f32.min(most))
-                .max_size(most)
-                .show(ui, |ui| self.controls(ui));
+            Panel::left("world").default_size(310.0_f32.min(most)).max_size(most).show(ui, |ui| {
+                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.controls(ui))
+            });
             if ui.available_width() > 560.0 {
                 Panel::right("timings").default_size(230.0).max_size(most).show(ui, |ui| {
                     ui.add_space(4.0);
@@ -470,13 +496,16 @@ impl Desk {
                 let what = if action == Action::Undo { Document::undo } else { Document::redo };
                 what(document);
             }
-            Action::MouseLook => self.look_round(!self.looking),
+            Action::MouseLook => self.look_round(!self.looking && self.document.is_some()),
             Action::LetGo if self.looking => self.look_round(false),
             Action::LetGo => self.engine.send(Command::Select(None)),
             Action::FrameAll => self.engine.send(Command::FrameAll),
             Action::Screenshot => self.ask_for_picture(),
             Action::Bookmark(number) => self.go_back(&number.to_string()),
             Action::SetBookmark(number) => self.remember(number.to_string()),
+            Action::CopyCommand if !self.document.as_ref().is_some_and(Document::is_on_disk) => {
+                self.say("save the world first: the command line reads its file".into(), true);
+            }
             Action::CopyCommand => {
                 if let Some(line) = self.command_line() {
                     context.copy_text(line);
@@ -516,9 +545,12 @@ impl Desk {
         }
     }
 
-    fn look_round(&mut self, on: bool) {
-        self.looking = on;
-        self.wishes.push(Wish::Grab(on));
+    /// The mouse looks round, or points at things.
+    pub fn look_round(&mut self, on: bool) {
+        if self.looking != on {
+            self.looking = on;
+            self.wishes.push(Wish::Grab(on));
+        }
     }
 
     fn steer(&self, ui: &Ui) -> Steering {
@@ -553,6 +585,7 @@ impl Desk {
     // Files -----------------------------------------------------------------------------------------------------------
 
     fn ask(&mut self, purpose: Purpose, name: &str) {
+        self.look_round(false);
         let folder =
             self.document.as_ref().and_then(|document| document.source().parent()).map(Path::to_path_buf);
         self.chooser.ask(purpose, &folder.unwrap_or_default(), name);
@@ -634,8 +667,16 @@ impl Desk {
 
     /// Does what waited for changes to be saved.
     fn go_on(&mut self) {
-        if !self.document.as_ref().is_some_and(Document::is_dirty) {
+        if !self.document.as_ref().is_some_and(Document::is_dirty) && self.strokes() == 0 {
             self.do_next();
+        }
+    }
+
+    /// Strokes of the brush on the land: no world file has them.
+    fn strokes(&self) -> usize {
+        match &self.status.world {
+            WorldStatus::Land { strokes, .. } => *strokes,
+            _ => 0,
         }
     }
 
@@ -717,22 +758,22 @@ impl Desk {
         Some((KeyPath::from("camera.view"), view.into()))
     }
 
-    /// The command line that renders what is seen.
+    /// The command line that renders what is seen, if the world's file says what is shown.
     fn command_line(&self) -> Option<String> {
         let document = self.document.as_ref()?;
-        let world = document.source().display();
-        let name = self.name("png");
+        let world = quoted(&document.source().display().to_string());
+        let name = quoted(&self.name("png"));
         let [width, height] = self.size;
         Some(match self.pose()? {
             Pose::Zoom(code) => {
-                format!("terrane render '{world}' --from {code} --size {width}x{height} -o {name}")
+                format!("terrane render {world} --from {code} --size {width}x{height} -o {name}")
             }
             Pose::Land(_) => {
                 let (path, value) = self.camera_keys()?;
                 let value = value.to_string();
                 format!(
-                    "terrane render '{world}' --set '{path}={}' --size {width}x{height} -o {name}",
-                    value.trim()
+                    "terrane render {world} --set {} --size {width}x{height} -o {name}",
+                    quoted(&format!("{path}={}", value.trim()))
                 )
             }
         })
@@ -1015,17 +1056,16 @@ impl Desk {
             _ => {}
         }
         if let (Some(_), Some(document), false) = (&self.next, &self.document, self.chooser.is_open()) {
-            match files::unsaved(context, document) {
+            let answer = match document.is_dirty() {
+                true => files::unsaved(context, document),
+                false => files::painted(context),
+            };
+            match answer {
                 Some(Unsaved::Save) => {
                     self.save();
                     self.go_on();
                 }
                 Some(Unsaved::Discard) => {
-                    if let Some(keeper) = &mut self.keeper {
-                        keeper.forget();
-                    }
-                    // Or it would be kept for the next start.
-                    self.document = None;
                     self.do_next();
                 }
                 Some(Unsaved::Cancel) => self.next = None,
@@ -1046,7 +1086,7 @@ impl Desk {
             .title_bar(false)
             .fixed_size(vec2(460.0, 520.0).min(most))
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
-            .show(context, |ui| form.show(ui, is_zoom, said.as_deref().map(|said| (0.0, said))))
+            .show(context, |ui| form.show(ui, is_zoom, said.as_deref()))
             .and_then(|shown| shown.inner.flatten());
         match outcome {
             Some(form::Outcome::Export(arguments)) => {
@@ -1084,7 +1124,9 @@ impl Desk {
             painter.image(WORLD, rect, whole, Color32::WHITE);
             self.mark(&painter, rect);
         } else {
+            let failed = self.messages.iter().any(|(.., bad)| *bad) && self.engine.is_idle();
             let text = match &self.status.work {
+                _ if failed => "There is nothing to show.".into(),
                 Some((what, ..)) => format!("{what} …"),
                 None => "opening …".into(),
             };
@@ -1168,25 +1210,43 @@ impl Desk {
     }
 
     fn told(&mut self, context: &Context, rect: Rect) {
-        self.messages.retain(|(since, ..)| since.elapsed() < MESSAGE);
+        // What went wrong stays until it is clicked away.
+        self.messages.retain(|(since, _, bad)| *bad || since.elapsed() < MESSAGE);
+        let surplus = self.messages.len().saturating_sub(MOST_MESSAGES);
+        self.messages.drain(..surplus);
         if self.messages.is_empty() {
             return;
         }
-        context.request_repaint_after(Duration::from_millis(500));
-        egui::Area::new("messages".into())
+        if self.messages.iter().any(|(.., bad)| !bad) {
+            context.request_repaint_after(Duration::from_millis(500));
+        }
+        let clicked = egui::Area::new("messages".into())
             .fixed_pos(rect.left_top() + vec2(12.0, 12.0))
             .order(egui::Order::Foreground)
-            .interactable(false)
             .show(context, |ui| {
                 ui.set_max_width((rect.width() - 24.0).clamp(120.0, 560.0));
-                for (_, sentence, bad) in &self.messages {
+                let mut clicked = None;
+                for (index, (_, sentence, bad)) in self.messages.iter().enumerate() {
                     let colour = if *bad { theme::ERROR } else { Color32::WHITE };
+                    let label = egui::Label::new(RichText::new(sentence).color(colour)).wrap();
                     egui::Frame::popup(ui.style()).show(ui, |ui| {
-                        ui.add(egui::Label::new(RichText::new(sentence).color(colour)).wrap());
+                        let label = ui.add(label.sense(Sense::click()));
+                        if label.on_hover_text("Click, and it goes").clicked() {
+                            clicked = Some(index);
+                        }
                     });
                 }
+                clicked
             });
+        if let Some(index) = clicked.inner {
+            self.messages.remove(index);
+        }
     }
+}
+
+/// A word of a command line.
+fn quoted(word: &str) -> String {
+    format!("'{}'", word.replace('\'', "'\\''"))
 }
 
 /// A part of a panel that can be folded; whether it is open.

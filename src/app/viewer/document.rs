@@ -27,6 +27,8 @@ pub struct Document {
     world: Arc<World>,
     /// The text that needs no saving.
     clean: String,
+    /// There is no file any more.
+    gone: bool,
     /// What the file holds, as far as is known.
     on_disk: Option<String>,
     undo: VecDeque<Step>,
@@ -116,6 +118,7 @@ impl Document {
             path,
             folder: folder.into(),
             clean: text.clone(),
+            gone: false,
             text,
             world: Arc::new(world),
             on_disk,
@@ -187,7 +190,7 @@ impl Document {
 
     /// Whether there is anything to save.
     pub fn is_dirty(&self) -> bool {
-        self.text != self.clean
+        self.gone || self.text != self.clean
     }
 
     // Editing --------------------------------------------------------------------------------------------------------
@@ -322,6 +325,16 @@ impl Document {
         }
     }
 
+    /// Whether the file says what is shown.
+    pub fn is_on_disk(&self) -> bool {
+        self.path.as_ref().is_some_and(|path| read(path).is_ok_and(|text| text == self.text))
+    }
+
+    /// Takes in whether the file is gone: then all of the world is yet to be saved.
+    pub fn note_gone(&mut self, gone: bool) {
+        self.gone = gone;
+    }
+
     /// Reads the file again, as a step that can be undone, and says whether anything is new.
     ///
     /// # Errors
@@ -397,7 +410,7 @@ impl Document {
     }
 
     fn saved(&mut self) {
-        self.held = None;
+        (self.held, self.gone) = (None, false);
         self.clean = self.text.clone();
         self.on_disk = Some(self.text.clone());
     }

@@ -82,7 +82,7 @@ fn listen(stderr: impl Read, said: &Mutex<(String, String)>) {
 
 /// The file of a document, or one beside it with what has not been saved: files that the world names are found from there.
 fn written(document: &Document) -> std::io::Result<(PathBuf, Option<tempfile::TempPath>)> {
-    if let Some(path) = document.path().filter(|_| !document.is_dirty()) {
+    if let Some(path) = document.path().filter(|_| document.is_on_disk()) {
         return Ok((path.into(), None));
     }
     let name = document.world().name.clone();

@@ -87,6 +87,11 @@ impl Painter {
         Ok(())
     }
 
+    /// What was painted last has been submitted, with all changes of textures.
+    pub fn painted(&mut self) {
+        self.textures.values_mut().for_each(|texture| texture.changed = false);
+    }
+
     /// Lets go of textures that no picture shows any more.
     pub fn free(&mut self, changes: &TexturesDelta) {
         changes.free.iter().for_each(|id| drop(self.textures.remove(id)));
@@ -128,9 +133,8 @@ impl Painter {
         pixels_per_point: f32,
         others: &HashMap<TextureId, Image<Rgba8>>,
     ) -> gpu::Result<()> {
-        for texture in self.textures.values_mut().filter(|texture| texture.changed) {
+        for texture in self.textures.values().filter(|texture| texture.changed) {
             rec.upload(&texture.image, bytemuck::cast_slice(&texture.texels.pixels));
-            texture.changed = false;
         }
         let (mut vertices, mut indices) = (Vec::<Vertex>::new(), Vec::<u32>::new());
         let mut draws = Vec::new();

@@ -8,9 +8,10 @@ use std::io::Write;
 use std::path::PathBuf;
 
 /// What is shown.
-#[derive(Default)]
 pub struct Widgets {
     found: Vec<(String, Rect)>,
+    /// What of it can be seen.
+    window: Rect,
     /// Where `TERRANE_WIDGETS` wants it told, in pixels: for tests, which have a mouse and no eyes.
     file: Option<PathBuf>,
     written: String,
@@ -19,7 +20,7 @@ pub struct Widgets {
 impl Widgets {
     pub fn new(context: &Context) -> Widgets {
         context.enable_accesskit();
-        Widgets { file: file(), ..Widgets::default() }
+        Widgets { found: Vec::new(), window: Rect::NOTHING, file: file(), written: String::new() }
     }
 
     /// Whether they are to be told in a file.
@@ -28,8 +29,9 @@ impl Widgets {
     }
 
     /// Takes in what a frame shows.
-    pub fn note(&mut self, update: Option<&TreeUpdate>, pixels_per_point: f32) {
+    pub fn note(&mut self, update: Option<&TreeUpdate>, window: Rect, pixels_per_point: f32) {
         let Some(update) = update else { return };
+        self.window = window;
         self.found.clear();
         for (_, node) in &update.nodes {
             let names = [node.label(), node.value(), node.placeholder()];
@@ -43,9 +45,10 @@ impl Widgets {
         self.tell(pixels_per_point);
     }
 
-    /// The middle of the first one of this name, points.
+    /// The middle of the first one of this name that is in the window, points.
     pub fn find(&self, name: &str) -> Option<Pos2> {
-        self.found.iter().find(|(known, _)| known == name).map(|(_, rect)| rect.center())
+        let named = self.found.iter().filter(|(known, _)| known == name);
+        named.map(|(_, rect)| rect.center()).find(|middle| self.window.contains(*middle))
     }
 
     fn tell(&mut self, pixels_per_point: f32) {

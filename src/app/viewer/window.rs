@@ -47,7 +47,7 @@ pub fn run(
     script: Option<Script>,
     session: &mut Session,
 ) -> Result<(), Error> {
-    let events = EventLoop::<Wake>::with_user_event().build().map_err(no_window)?;
+    let events = EventLoop::<Wake>::with_user_event().build().map_err(no_display)?;
     let mut application = Application {
         arguments,
         document,
@@ -61,10 +61,24 @@ pub fn run(
     let Application { open, result, session, .. } = application;
     if let Some(open) = open {
         session.report.details = Some(Details::View(open.account()));
+        // What the engine is at may take a moment yet.
+        open.window.set_visible(false);
         // The window's images go before the device, and the engine before both.
         drop(open);
     }
     result
+}
+
+fn no_display(error: winit::error::EventLoopError) -> Error {
+    let set =
+        ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
+    match set || !cfg!(all(unix, not(target_os = "macos"))) {
+        true => no_window(error),
+        false => Error::Window(
+            "there is no display: neither WAYLAND_DISPLAY nor DISPLAY is set; `terrane render` needs none"
+                .into(),
+        ),
+    }
 }
 
 fn no_window(error: impl std::fmt::Display) -> Error {
@@ -139,6 +153,7 @@ impl ApplicationHandler<Wake> for Application<'_> {
                 open.desk.ask_to_close();
                 open.window.request_redraw();
             }
+            WindowEvent::Focused(false) => open.desk.look_round(false),
             WindowEvent::Resized(size) => {
                 open.swapchain.resize([size.width, size.height]);
                 open.window.request_redraw();
@@ -167,7 +182,7 @@ impl ApplicationHandler<Wake> for Application<'_> {
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(open) = &mut self.open else { return };
         if interrupt::asked() {
-            open.keep();
+            open.keep(self.arguments);
             let written = self.session.report.written();
             return self.end(events, Err(Error::Interrupted { written, kept: None }));
         }
@@ -257,7 +272,7 @@ impl Application<'_> {
 
     fn end(&mut self, events: &ActiveEventLoop, result: Result<(), Error>) {
         if let Some(open) = &mut self.open {
-            open.keep();
+            open.keep(self.arguments);
         }
         if self.result.is_ok() {
             self.result = result;
@@ -301,7 +316,8 @@ impl Open {
         let output = self.context.run_ui(input, |ui| desk.show(ui, &timings));
         self.timings = timings;
         if let Some(widgets) = &mut self.widgets {
-            widgets.note(output.platform_output.accesskit_update.as_ref(), output.pixels_per_point);
+            let update = output.platform_output.accesskit_update.as_ref();
+            widgets.note(update, self.context.content_rect(), output.pixels_per_point);
         }
         self.egui.handle_platform_output(&self.window, output.platform_output);
         let wishes = self.desk.wishes();
@@ -316,6 +332,7 @@ impl Open {
         self.painter.free(&output.textures_delta);
         match shown {
             Shown::Yes(timings) => {
+                self.painter.painted();
                 if !timings.is_empty() {
                     self.timings = timings;
                 }
@@ -324,7 +341,7 @@ impl Open {
                     self.pace.waits.push(1e3 * since.elapsed().as_secs_f32());
                 }
             }
-            Shown::Again => self.window.request_redraw(),
+            Shown::Again => self.pace.due = Some(Instant::now() + Duration::from_millis(5)),
             Shown::No => self.pace.due = Some(Instant::now() + Duration::from_millis(50)),
         }
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
@@ -365,11 +382,13 @@ impl Open {
     }
 
     /// Keeps what has not been saved, and where the window stands.
-    fn keep(&mut self) {
+    fn keep(&mut self, arguments: &Arguments) {
         let factor = self.window.scale_factor();
         let inner = self.window.inner_size().to_logical::<u32>(factor);
+        let is_asked_for = arguments.size.is_some() || self.player.is_some();
         let position = self.window.outer_position().ok().map(|position| position.to_logical::<i32>(factor));
-        let is_usual = self.window.fullscreen().is_none() && inner.width > 0 && inner.height > 0;
+        let is_usual =
+            !is_asked_for && self.window.fullscreen().is_none() && inner.width > 0 && inner.height > 0;
         self.desk.keep(is_usual.then(|| state::Window {
             size: [inner.width, inner.height],
             position: position.map(|position| [position.x, position.y]),

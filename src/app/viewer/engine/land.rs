@@ -238,22 +238,26 @@ impl Land {
     }
 
     /// The same world with changes.
-    pub fn edit(&mut self, studio: &mut Studio, world: &Arc<World>) -> Result<(), Error> {
+    pub fn edit(&mut self, studio: &mut Studio, speaker: &Speaker, world: &Arc<World>) -> Result<(), Error> {
         if self.tracing && self.trace.is_shown() && self.is_developed_as(world) {
             self.develop(world);
             return Ok(());
         }
-        let before = std::mem::replace(&mut self.world, world.clone());
+        let before = self.world.clone();
         if before.plan != world.plan {
             if !self.simulation.retune(&world.plan)? {
                 // What is over can't be changed any more.
                 let again = Land::new(studio, world)?;
+                let why = "that is settled before the land comes so far: it begins again";
+                speaker.say(News::Said(why.into()));
                 return self.begin_again(studio, again);
             }
             // Plants stand where the land was.
             self.uproot();
             self.changed = true;
         }
+        // Not before what may fail: it would seem to be done when it is tried again.
+        self.world = world.clone();
         if before.light != world.light {
             self.live.set_light(world.light.clone())?;
         }
@@ -299,6 +303,7 @@ impl Land {
     /// Nothing stands on the ground, until it has been planted again.
     fn uproot(&mut self) {
         (self.plants, self.planting, self.selected) = (None, None, None);
+        self.trace.forget();
     }
 
     pub fn obey(&mut self, studio: &mut Studio, speaker: &Speaker, command: Command) -> Result<(), Error> {
@@ -586,6 +591,7 @@ impl Land {
         }
         if stale && (!moves || self.begun.elapsed() >= CHANGING || !self.changed) {
             if std::mem::take(&mut self.changed) {
+                self.trace.forget();
                 self.ground = ground(studio, &self.simulation)?;
                 let mut ground = self.live.scene().ground.clone();
                 self.simulation.update(&mut ground)?;

@@ -102,6 +102,8 @@ pub enum Pose {
 /// What has happened.
 #[derive(Debug)]
 pub enum News {
+    /// From here on it is of the world that was to be opened.
+    Opened,
     /// There is a newer picture.
     Frame(Frame),
     Status(Box<Status>),
@@ -193,7 +195,31 @@ pub struct Traced {
 struct Load {
     /// Commands that have not been obeyed.
     pending: AtomicUsize,
+    /// Those among them that say what the world is.
+    worlds: AtomicUsize,
     busy: AtomicBool,
+}
+
+impl Load {
+    fn sent(&self, command: &Command) {
+        self.pending.fetch_add(1, Ordering::SeqCst);
+        if matches!(command, Command::Open(_) | Command::Edit(_)) {
+            self.worlds.fetch_add(1, Ordering::SeqCst);
+        }
+    }
+
+    /// Counts a command that was received, and says whether it is still of use: a world that another one follows is not.
+    fn received(&self, command: &Command) -> bool {
+        self.pending.fetch_sub(1, Ordering::SeqCst);
+        match command {
+            Command::Open(_) => {
+                self.worlds.fetch_sub(1, Ordering::SeqCst);
+                true
+            }
+            Command::Edit(_) => self.worlds.fetch_sub(1, Ordering::SeqCst) == 1,
+            _ => true,
+        }
+    }
 }
 
 /// The window's end.
@@ -229,7 +255,7 @@ impl Engine {
         if matches!(command, Command::Open(_) | Command::Restart | Command::Quit) {
             interrupt::cancel(true);
         }
-        self.load.pending.fetch_add(1, Ordering::SeqCst);
+        self.load.sent(&command);
         // An engine that has ended has said why.
         let _ = self.commands.send(command);
     }
@@ -381,11 +407,11 @@ impl Works {
             };
             if let Some(command) = command {
                 self.load.busy.store(true, Ordering::SeqCst);
-                self.load.pending.fetch_sub(1, Ordering::SeqCst);
+                let is_wanted = self.load.received(&command);
                 if matches!(command, Command::Quit) {
                     return Ok(());
                 }
-                let result = self.obey(command);
+                let result = if is_wanted { self.obey(command) } else { Ok(()) };
                 self.forgive(result)?;
                 // What was clicked on shows it.
                 if self.told.elapsed() >= ACCOUNTS {
@@ -397,11 +423,11 @@ impl Works {
             let slice = self.slice();
             let slice = match self.forgive(slice)? {
                 Some(Slice::Interrupted(command)) => {
-                    self.load.pending.fetch_sub(1, Ordering::SeqCst);
+                    let is_wanted = self.load.received(&command);
                     if matches!(*command, Command::Quit) {
                         return Ok(());
                     }
-                    let result = self.obey(*command);
+                    let result = if is_wanted { self.obey(*command) } else { Ok(()) };
                     self.forgive(result)?;
                     Some(Slice::Worked)
                 }
@@ -433,6 +459,7 @@ impl Works {
         match (command, stage) {
             (Command::Open(world), stage) => {
                 interrupt::cancel(false);
+                speaker.say(News::Opened);
                 // Its memory is needed for the next.
                 *stage = Stand::Empty;
                 studio.timings.clear();
@@ -447,7 +474,7 @@ impl Works {
                 };
             }
             (Command::Edit(world), stage) => match stage {
-                Stand::Land(land) if world.zoom.is_none() => land.edit(studio, &world)?,
+                Stand::Land(land) if world.zoom.is_none() => land.edit(studio, speaker, &world)?,
                 Stand::Zoom(zoom) if world.zoom.is_some() => zoom.edit(studio, &world)?,
                 _ => return self.obey(Command::Open(world)),
             },

@@ -8,7 +8,6 @@ use crate::scene::{Film, Picture, Scene};
 use crate::trace::{Assets, Settings, Sums, Tracer};
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::sync::mpsc::{RecvTimeoutError, TryRecvError};
 use std::time::{Duration, Instant};
 
@@ -122,7 +121,7 @@ impl Trace {
                 Ok(command) if !goes_on(&command, land, studio.size, some) => break Ended::By(command),
                 Ok(command) => {
                     // One that ends it is counted where it is obeyed.
-                    load.pending.fetch_sub(1, Ordering::SeqCst);
+                    load.received(&command);
                     match command {
                         Command::Edit(world) => {
                             land.develop(&world);

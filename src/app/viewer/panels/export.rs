@@ -82,8 +82,8 @@ impl Form {
         Some(text.lines().take_while(|line| !line.trim().is_empty()).collect::<Vec<_>>().join(" "))
     }
 
-    /// Shows the form. `progress` is that of an export under way, from 0 to 1, with what it does.
-    pub fn show(&mut self, ui: &mut Ui, is_zoom: bool, progress: Option<(f32, &str)>) -> Option<Outcome> {
+    /// Shows the form. `progress` is what an export under way said last.
+    pub fn show(&mut self, ui: &mut Ui, is_zoom: bool, progress: Option<&str>) -> Option<Outcome> {
         let mut outcome = None;
         ui.heading("Export");
         let mut out = self.out.display().to_string();
@@ -112,8 +112,10 @@ impl Form {
             ui.colored_label(ui.visuals().error_fg_color, mistake);
         }
         ui.horizontal(|ui| match progress {
-            Some((share, what)) => {
-                ui.add(egui::ProgressBar::new(share).desired_width(ui.available_width() - 80.0).text(what));
+            Some(what) => {
+                ui.spinner();
+                let width = ui.available_width() - 80.0;
+                ui.add_sized([width, 0.0], egui::Label::new(what).truncate());
                 if ui.button("Cancel").clicked() {
                     outcome = Some(Outcome::Cancel);
                 }

@@ -262,6 +262,25 @@ pub enum Unsaved {
     Cancel,
 }
 
+/// Asks before strokes of the brush are lost.
+pub fn painted(context: &Context) -> Option<Unsaved> {
+    let mut answer = None;
+    let modal = Modal::new(Id::new("painted")).show(context, |ui| {
+        ui.set_width(320.0);
+        ui.heading("Leave what was painted?");
+        ui.add(Label::new("The world's file is saved, but strokes of the brush are no part of it.").wrap());
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            for (name, choice) in [("Leave it", Unsaved::Discard), ("Cancel", Unsaved::Cancel)] {
+                if ui.button(name).clicked() {
+                    answer = Some(choice);
+                }
+            }
+        });
+    });
+    if modal.should_close() { Some(Unsaved::Cancel) } else { answer }
+}
+
 /// Asks before another world is opened, or the window closed.
 pub fn unsaved(context: &Context, document: &Document) -> Option<Unsaved> {
     let mut answer = None;

@@ -18,10 +18,16 @@ const NUMBERS: &[(&str, &[Entry])] = &[
     (
         "Frame",
         &[
-            entry("frame", "time from one picture to the next, and how much of it the processor was at work"),
-            entry("GPU", "time that the device took for a pass, between two time stamps"),
-            entry("CPU", "time that the program took to record a pass or to prepare it"),
-            entry("memory", "device memory by name, and the budget that `--memory-limit` sets"),
+            entry(
+                "work",
+                "time from the beginning of a kind of work to its end, slices of other work between them",
+            ),
+            entry(
+                "passes",
+                "time that the device took for a pass of the last picture, between two time stamps",
+            ),
+            entry("window", "time that the device took to draw the panels and to show the window"),
+            entry("memory", "device memory by name"),
             entry(
                 "triangles",
                 "sent to the device in the last picture, before what lies outside is left out",

@@ -216,6 +216,11 @@ pub fn brush(ui: &mut Ui, world: &World, status: &Status, brush: &mut Brush) -> 
             .max_decimals(0),
     );
     ui.add(Slider::new(&mut brush.strength, 0.01..=1.0).text("strength").max_decimals(2));
+    ui.label(
+        RichText::new("Strokes are no part of the world's file: they are gone when the land begins again.")
+            .weak()
+            .small(),
+    );
     let button = ui.add_enabled(*strokes > 0, egui::Button::new("Take the last stroke back"));
     button.clicked().then_some(Command::TakeStrokeBack)
 }

@@ -3,7 +3,7 @@
 use super::super::engine::Status;
 use crate::gpu::Timing;
 use egui::{Color32, Grid, RichText, ScrollArea, Ui};
-use egui_plot::{Legend, Line, Plot, PlotPoints};
+use egui_plot::{Line, Plot, PlotPoints};
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Instant;
 
@@ -79,17 +79,22 @@ impl Timings {
 
     pub fn show(&self, ui: &mut Ui, status: &Status) {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-            self.table(ui, false, "Work, ms");
-            self.graph(ui);
-            self.table(ui, true, "Passes on the device, ms");
+            for (on_device, title) in [(false, "Work, ms"), (true, "Passes on the device, ms")] {
+                self.table(ui, on_device, title);
+                self.graph(ui, on_device);
+            }
             ui.add_space(8.0);
             memory(ui, status);
         });
     }
 
     fn colour(&self, name: &str) -> Color32 {
-        let index = self.rows.keys().position(|other| *other == name).unwrap_or(0);
-        COLOURS[index % COLOURS.len()]
+        let of = self.rows.get(name).map(|row| row.on_device);
+        let alike = self.rows.iter().filter(|(_, row)| Some(row.on_device) == of);
+        let index = alike.map(|(other, _)| *other).position(|other| other == name).unwrap_or(0);
+        let colour = COLOURS[index % COLOURS.len()];
+        // From then on they are paler.
+        (0..index / COLOURS.len()).fold(colour, |colour, _| colour.lerp_to_gamma(Color32::WHITE, 0.5))
     }
 
     fn table(&self, ui: &mut Ui, on_device: bool, title: &str) {
@@ -111,9 +116,13 @@ impl Timings {
         ui.add_space(6.0);
     }
 
-    fn graph(&self, ui: &mut Ui) {
+    fn graph(&self, ui: &mut Ui, on_device: bool) {
+        let rows = || self.rows.iter().filter(|(_, row)| row.on_device == on_device);
+        if rows().next().is_none() {
+            return;
+        }
         let now = self.begun.elapsed().as_secs_f64();
-        Plot::new("timings")
+        Plot::new(("timings", on_device))
             .height(120.0)
             .allow_drag(false)
             .allow_zoom(false)
@@ -125,9 +134,8 @@ impl Timings {
             .set_margin_fraction(egui::vec2(0.0, 0.05))
             .show_axes([false, true])
             .y_axis_label("ms")
-            .legend(Legend::default().hidden_items(self.rows.keys().map(|name| egui::Id::new(*name))))
             .show(ui, |plot| {
-                for (name, row) in self.rows.iter().filter(|(_, row)| !row.on_device) {
+                for (name, row) in rows() {
                     let points: PlotPoints = row
                         .points
                         .iter()

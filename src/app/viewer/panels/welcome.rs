@@ -4,7 +4,8 @@ use super::super::shipped::{WORLDS, World};
 use super::super::state::State;
 use super::files::{self, Recent};
 use egui::{
-    Align, Color32, ColorImage, Context, Layout, Rect, RichText, ScrollArea, Sense, TextureHandle, Ui, vec2,
+    Align, Color32, ColorImage, Context, Label, Layout, Rect, RichText, ScrollArea, Sense, TextureHandle, Ui,
+    WidgetInfo, WidgetType, vec2,
 };
 
 /// What was clicked.
@@ -76,6 +77,8 @@ impl Welcome {
         let picture = self.pictures[number].get_or_insert_with(|| load(ui.ctx(), world));
         let size = vec2(PICTURE[0] + 8.0, PICTURE[1] + 58.0);
         let (rect, response) = ui.allocate_exact_size(size, Sense::click());
+        let name = format!("{} {}", world.kind, world.name.replace('_', " "));
+        response.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, &name));
         let visuals = ui.style().interact(&response);
         ui.painter().rect(rect, 4.0, visuals.bg_fill, visuals.bg_stroke, egui::StrokeKind::Inside);
         let shown = Rect::from_min_size(rect.min + vec2(4.0, 4.0), vec2(PICTURE[0], PICTURE[1]));
@@ -85,12 +88,17 @@ impl Welcome {
         let mut inner =
             ui.new_child(egui::UiBuilder::new().max_rect(below).layout(Layout::top_down(Align::Min)));
         inner.horizontal(|ui| {
-            ui.strong(world.name.replace('_', " "));
-            ui.weak(world.kind);
+            ui.add(label(RichText::new(world.name.replace('_', " ")).strong()));
+            ui.add(label(RichText::new(world.kind).weak()));
         });
-        inner.add(egui::Label::new(RichText::new(world.about).small()).wrap());
+        inner.add(label(RichText::new(world.about).small()).wrap());
         response.on_hover_cursor(egui::CursorIcon::PointingHand).clicked()
     }
+}
+
+/// Text that leaves clicks to what it lies on.
+fn label(text: RichText) -> Label {
+    Label::new(text).selectable(false)
 }
 
 fn load(context: &Context, world: &World) -> TextureHandle {

@@ -11,7 +11,7 @@ pub use widgets::call;
 use super::super::document::{Document, Refusal};
 use crate::world::schema::{Key, REQUIRED, Shape, Table, parse_item};
 use crate::world::{self, Edit, KeyPath};
-use egui::{Align, Label, Layout, RichText, ScrollArea, Sense, Ui, vec2};
+use egui::{Align, Label, Layout, RichText, Sense, Ui, vec2};
 use std::sync::LazyLock;
 use toml_edit::{DocumentMut, Item};
 
@@ -33,12 +33,10 @@ pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Wishes {
     let mut panel = Panel::of(document);
     panel.words = filter.split_whitespace().map(str::to_lowercase).collect();
     let top = KeyPath::default();
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        if !panel.words.is_empty() && !SHAPE.keys.iter().any(|key| panel.leads_to(key, "")) {
-            ui.add(Label::new(RichText::new("No key has these words in its name or meaning.").weak()));
-        }
-        panel.table(ui, &SHAPE, Some(document.item()), &top);
-    });
+    if !panel.words.is_empty() && !SHAPE.keys.iter().any(|key| panel.leads_to(key, "")) {
+        ui.add(Label::new(RichText::new("No key has these words in its name or meaning.").weak()));
+    }
+    panel.table(ui, &SHAPE, Some(document.item()), &top);
     Wishes { edits: panel.edits, browse: panel.browse }
 }
 
