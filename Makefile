@@ -20,7 +20,7 @@ FORESTS = default=forest/default dead=forest/dead mountain=forest/mountain reef=
 SMALL = island/volcano island/atoll island/dendritic island/old_barrier island/tiny forest/default forest/mountain \
 	forest/dead forest/tiny landscape/reef_forest zoom/descent zoom/thesis
 
-.PHONY: help demo view species forests zooms small install test test-long bench fuzz lint headless doc
+.PHONY: help demo view species forests zooms small windows install test test-long bench fuzz lint headless doc
 
 help:
 	@echo 'make demo       build, and render an island to out/volcano.png and a wooded one to out/reef_forest.png'
@@ -34,6 +34,7 @@ help:
 	@echo 'make bench      how fast land is made here, as docs/benches.md shows it'
 	@echo 'make fuzz       the readers of files against damaged ones, TIME=$(TIME) seconds for each kind: an hour in all'
 	@echo 'make small      small pictures of worlds, for the first page of the viewer'
+	@echo 'make windows    pictures of the viewer, in docs/pictures: needs a display'
 	@echo 'make lint       formatting and clippy, warnings denied'
 	@echo 'make headless   the same of the program without windows'
 	@echo 'make doc        the documentation of the library, warnings denied'
@@ -57,6 +58,18 @@ small:
 		renderer='--renderer raster'; case $$world in zoom/*) renderer=;; esac; \
 		$(RUN) render configs/$$world.toml --size 256x144 $$renderer \
 			-o docs/pictures/small/$$(echo $$world | tr / _).png; \
+	done
+
+# Needs a display.
+windows:
+	@scripts/install.sh
+	@mkdir -p out
+	set -e; for window in 'island/volcano push Section\nmove 760 420' \
+			'forest/default push Simulation\npush Plants\nwait quiet\nclick 640 330' \
+			'zoom/descent wait 40\npush Stop\npush Drawing'; do \
+		world=$${window%% *}; picture=docs/pictures/window_$${world%%/*}.png; \
+		printf "$${window#* }\nwait quiet\nwait 10\nscreenshot $$picture\nquit\n" > out/acts.txt; \
+		$(RUN) view configs/$$world.toml --size 1200x750 --script out/acts.txt; \
 	done
 
 species:
@@ -96,6 +109,7 @@ test:
 test-long:
 	@scripts/install.sh validation readers
 	$(TEST) --tests -- --ignored --nocapture --test-threads 1
+	$(TEST) --features reload --test reload
 
 bench:
 	@scripts/install.sh

@@ -131,7 +131,9 @@ fn set<'a>(edits: &'a [Edit], path: &str) -> &'a toml_edit::Value {
 fn every_world_is_shown_unchanged_and_nothing_overlaps() {
     for world in worlds() {
         let screen = Screen::new(&world, ALL, 30_000.0);
-        assert!(screen.texts.len() > 300, "{world}: {} texts", screen.texts.len());
+        // A zoom has no keys of land.
+        let least = if world.starts_with("zoom") { 60 } else { 300 };
+        assert!(screen.texts.len() > least, "{world}: {} texts", screen.texts.len());
         for (index, (text, rect)) in screen.texts.iter().enumerate() {
             assert!(rect.left() >= 0.0 && rect.right() <= WIDTH + 0.5, "{world}: {text:?} at {rect:?}");
             for (other, over) in &screen.texts[index + 1..] {
