@@ -206,11 +206,16 @@ fn files_are_opened_and_written() {
 fn a_zoom_is_flown_in_and_out() {
     let folder = folder_with(&[("zoom.toml", ZOOM)]);
     let desktop = Desktop::new();
-    let mut viewer = desktop.view(folder.path(), &["zoom.toml", "--size", "480x270"], &[]);
+    let mut viewer = desktop.view(folder.path(), &["zoom.toml", "--size", "960x600"], &[]);
     viewer.see("Flight");
     viewer.see("depth 4");
     viewer.key("b");
     viewer.see("depth 2");
+    viewer.push("Drawing");
+    for mark in ["Levels", "Tile borders", "Wireframe", "Bounding boxes", "Corner heights", "Background"] {
+        viewer.push(mark);
+    }
+    viewer.push("Freeze tiles");
     viewer.hold("w", Duration::from_millis(300));
     viewer.key("ctrl+q");
     good(&viewer.end());

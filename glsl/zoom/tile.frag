@@ -26,7 +26,7 @@ layout(binding = 5, scalar) uniform TileMarks {
     vec3 levels[LEVEL_COLOURS]; // reflectances; levels take turns
     vec3 border;                // radiance
     vec3 edge;
-    float width;                // of an edge's line, samples; a border's is twice as wide
+    float width;                // of an edge's line, samples; a border's is twice as wide, or four times with its case
 } marks;
 
 // Radiance, cd/m², and the distance.
@@ -62,10 +62,10 @@ float edges(mat2 change) {
     return max(diagonal, max(covered(off.x, change[0], marks.width), covered(off.y, change[1], marks.width)));
 }
 
-// And by the nearest sides of the tile.
-float border(mat2 change) {
+// And by the nearest sides of the tile, lines of that width.
+float border(mat2 change, float width) {
     vec2 off = min(grid, float(1 << int(BITS)) - grid);
-    return max(covered(off.x, change[0], 2.0 * marks.width), covered(off.y, change[1], 2.0 * marks.width));
+    return max(covered(off.x, change[0], width), covered(off.y, change[1], width));
 }
 
 void main() {
@@ -73,5 +73,10 @@ void main() {
     vec3 own = LEVELS ? mix(albedo, marks.levels[level % LEVEL_COLOURS], 0.75) : albedo;
     radiance = vec4(own / PI * light(normal, own), length(place));
     if (WIREFRAME) radiance.rgb = mix(radiance.rgb, marks.edge, 0.7 * edges(change()));
-    if (BORDERS) radiance.rgb = mix(radiance.rgb, marks.border, border(change()));
+    if (BORDERS) {
+        // Cased in black, so that they stand out from any ground.
+        mat2 change = change();
+        radiance.rgb = mix(radiance.rgb, vec3(0.0), border(change, 4.0 * marks.width));
+        radiance.rgb = mix(radiance.rgb, marks.border, border(change, 2.0 * marks.width));
+    }
 }

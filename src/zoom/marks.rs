@@ -67,9 +67,9 @@ fn linear(colour: [u8; 3]) -> Vec3 {
 
 /// Of lines around tiles and triangles.
 const BORDER: [u8; 3] = [255, 190, 0];
-const EDGE: [u8; 3] = [60, 190, 255];
+const EDGE: [u8; 3] = [20, 140, 235];
 /// Of what tells a corner's height.
-const CORNER: [u8; 3] = [255, 255, 255];
+const CORNER: [u8; 3] = [225, 0, 130];
 
 /// Width of a line, parts of a picture's height, so that it looks the same in all sizes; but never less than a sample.
 const WIDTH: f32 = 1.0 / 700.0;
@@ -114,7 +114,7 @@ impl Lines {
         let buffer = Buffer::new(&self.gpu, "lines", lines.len())?;
         rec.upload(&buffer, lines);
         let draw = Draw { vertices: 6, instances: lines.len() as u32 };
-        let push = line::Push { near, width: width(canvas) };
+        let push = line::Push { near, width: 1.5 * width(canvas) };
         let bindings = line::Bindings { frame: &stage.frame, lines: &buffer };
         let targets = Targets { color: &[&canvas.radiance], depth: Some(&canvas.depth), load: Load::Keep };
         rec.render(&targets, |draws| draws.draw(&self.pass, draw, push, bindings));

@@ -78,7 +78,7 @@ pub enum Error {
     Slots { needed: usize, slots: u32 },
     #[error(transparent)]
     TooDeep(#[from] TooDeep),
-    #[error("the tiles that were frozen are too far away")]
+    #[error("the frozen tiles are too far away, or too large, to be seen from here")]
     Away,
 }
 
@@ -404,9 +404,10 @@ impl Renderer {
         let leaves = tree.leaves();
         let surface = *self.spine.surface();
         // Of frozen tiles the eye may be nearer than what they were selected for.
-        let least = if *place == view.place { 0 } else { altitude.level };
-        let levels = (altitude.level, least);
-        let lattice = Lattice::new(surface, &view.place, &leaves, levels, self.settings.bits)?;
+        let is_own = *place == view.place;
+        let levels = (altitude.level, if is_own { 0 } else { altitude.level });
+        let lattice = Lattice::new(surface, &view.place, &leaves, levels, self.settings.bits)
+            .map_err(|error| if is_own { error.into() } else { Error::Away })?;
         let frustum = Frustum::new(camera);
         // What is near first: it hides the rest.
         let seen: Vec<&Leaf> = leaves.iter().rev().filter(|leaf| frustum.has(tree, leaf)).collect();

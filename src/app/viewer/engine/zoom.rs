@@ -240,7 +240,7 @@ impl Zoom {
         self.renderer.reshape(&film, samples)?;
         let shot = match self.renderer.render(&self.view()) {
             Err(error) if self.frozen && !matches!(error, view::Error::Gpu(_)) => {
-                speaker.say(News::Said(format!("tiles are not frozen any more: {error}")));
+                speaker.say(News::Said(format!("not frozen any more: {error}")));
                 self.freeze(false)?;
                 self.renderer.render(&self.view())?
             }

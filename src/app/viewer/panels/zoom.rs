@@ -2,8 +2,9 @@
 
 use super::super::engine::{Command, Course, Drawn, Pose, Status, WorldStatus};
 use super::super::theme;
+use crate::core::color::{linear_from_srgb, luminance};
 use crate::zoom::marks::{self, Marks};
-use egui::{Color32, Grid, RichText, Sense, TextEdit, Ui, vec2};
+use egui::{Color32, Grid, RichText, TextEdit, Ui};
 
 /// A code that is being typed or pasted.
 #[derive(Default)]
@@ -118,9 +119,11 @@ fn legend(ui: &mut Ui, [coarsest, finest]: [u32; 2]) {
     ui.horizontal_wrapped(|ui| {
         for level in coarsest..=finest {
             let [r, g, b] = marks::colour(level);
-            let (rect, _) = ui.allocate_exact_size(vec2(12.0, 12.0), Sense::hover());
-            ui.painter().rect_filled(rect, 2.0, Color32::from_rgb(r, g, b));
-            ui.label(RichText::new(level.to_string()).small());
+            let light = luminance([r, g, b].map(|channel| linear_from_srgb(f32::from(channel) / 255.0)));
+            // Whichever of both stands out more.
+            let text = if light > 0.18 { Color32::BLACK } else { Color32::WHITE };
+            let name = RichText::new(format!("\u{a0}{level}\u{a0}")).small().color(text);
+            ui.label(name.background_color(Color32::from_rgb(r, g, b)));
         }
     });
 }
