@@ -191,8 +191,8 @@ fn files_are_opened_and_written() {
     viewer.key("ctrl+e");
     viewer.see("Write files");
     viewer.push("Write files");
+    viewer.wait("height.exr", |_| folder.join("island/height.exr").exists().then_some(()));
     viewer.see_no("Write files");
-    assert!(folder.join("island/height.exr").exists());
 
     viewer.key("ctrl+o");
     viewer.push("🗋 zoom.toml");

@@ -277,7 +277,7 @@ impl Instance {
             }
             result => Error::Vk { op: "vkCreateInstance", result },
         })?;
-        let mut instance = Instance { raw, messenger: None, has_debug_utils, _log: log, entry: entry };
+        let mut instance = Instance { raw, messenger: None, has_debug_utils, _log: log, entry };
         if instance._log.is_some() {
             let debug = ext::debug_utils::Instance::new(&instance.entry, &instance.raw);
             let info = self::messenger_info(instance._log.as_ref());

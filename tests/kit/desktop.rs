@@ -200,16 +200,17 @@ impl Viewer<'_> {
     /// Clicks on what has a name that begins so.
     #[track_caller]
     pub fn push(&mut self, name: &str) {
-        let mut place = self.place(name);
+        let mut places = vec![self.place(name)];
         // Windows find their place in their first frames.
-        loop {
-            sleep(Duration::from_millis(150));
-            let later = self.place(name);
-            if later == place {
-                return self.click(&place);
+        while places.len() < 3 {
+            sleep(Duration::from_millis(200));
+            let place = self.place(name);
+            if places.last() != Some(&place) {
+                places.clear();
             }
-            place = later;
+            places.push(place);
         }
+        self.click(&places[0]);
     }
 
     pub fn click(&self, [x, y]: &[String; 2]) {

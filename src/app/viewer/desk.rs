@@ -410,6 +410,10 @@ impl Desk {
     /// The panels and the picture of one frame.
     pub fn show(&mut self, ui: &mut Ui, timings: &[Timing]) {
         self.timings.note_window(timings);
+        if self.is_asking() {
+            // What asks needs a frame to lie over the rest.
+            ui.disable();
+        }
         self.shortcuts(ui);
         self.dropped(ui);
         if self.panels {
@@ -466,7 +470,7 @@ impl Desk {
     }
 
     fn shortcuts(&mut self, ui: &Ui) {
-        let modal = self.chooser.is_open() || self.next.is_some() || !self.pending.is_empty();
+        let modal = self.is_asking();
         let typing = ui.ctx().egui_wants_keyboard_input() || modal;
         let actions: Vec<Action> = ui.input(|input| keys::of(input, typing).collect());
         if !modal {
@@ -477,6 +481,11 @@ impl Desk {
             self.steering = steering;
             self.engine.send(Command::Steer(steering));
         }
+    }
+
+    /// Whether something waits for an answer, and nothing else is heeded.
+    fn is_asking(&self) -> bool {
+        self.chooser.is_open() || self.next.is_some() || !self.pending.is_empty()
     }
 
     fn act(&mut self, context: &Context, action: Action) {
@@ -575,8 +584,7 @@ impl Desk {
 
     /// Worlds that are dropped on the window.
     fn dropped(&mut self, ui: &Ui) {
-        let path = ui
-            .input(|input| input.raw.dropped_files.first().and_then(|file| Some(file.path().to_path_buf())));
+        let path = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
         if let Some(path) = path {
             self.ask_for(Next::Open(path));
         }

@@ -262,10 +262,7 @@ impl Engine {
 
     /// The next news, if there is any.
     pub fn news(&self) -> Option<News> {
-        match self.news.try_recv() {
-            Ok(news) => Some(news),
-            Err(TryRecvError::Empty | TryRecvError::Disconnected) => None,
-        }
+        self.news.try_recv().ok()
     }
 
     /// Whether nothing is left to do until there is a command.

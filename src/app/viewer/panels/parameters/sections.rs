@@ -217,7 +217,7 @@ impl Panel<'_> {
         }
         let new = holder.path.join(len);
         if len < most && !has_draft(ui, &new) && add(ui, holder.path) {
-            self.begin(ui, holder, &new, |path, value| Edit::Insert(path, value));
+            self.begin(ui, holder, &new, Edit::Insert);
         }
         self.draft(ui, holder.element, &new, Edit::Insert);
         self.refusal(ui, &new);
@@ -247,7 +247,7 @@ impl Panel<'_> {
             if names.allow(&name) && !taken {
                 let named = holder.path.join(&name);
                 ui.data_mut(|data| data.insert_temp(draft_id(holder.path), named.clone()));
-                self.begin(ui, holder, &named, |path, value| Edit::Set(path, value));
+                self.begin(ui, holder, &named, Edit::Set);
             }
         });
         let named = ui.data(|data| data.get_temp::<KeyPath>(draft_id(holder.path)));
