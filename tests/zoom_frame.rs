@@ -277,7 +277,7 @@ fn marks_are_seen_and_leave_no_trace() {
 fn frozen_tiles_stay() {
     let gpu = kit::gpu();
     let surface = surface(5);
-    let view = |depth| steered(surface, Depth(depth << 15));
+    let view = |depth: u64| steered(surface, Depth(depth << 15));
     let [here, there] = [view(60), view(63)];
     let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
     let usual = [&here, &there].map(|view| renderer.render(view).unwrap());
