@@ -10,6 +10,7 @@ pub fn show(ui: &mut Ui, status: &Status) {
     let WorldStatus::Land { census, selected, level, .. } = &status.world else { return };
     match selected {
         Some(selected) => self::selected(ui, selected, *level),
+        None if census.is_empty() && status.work.is_some() => drop(ui.weak("Plants are growing …")),
         None if census.is_empty() => drop(ui.weak("Nothing stands on this land.")),
         None => drop(ui.weak("Click a plant in the picture.")),
     }
@@ -138,7 +139,7 @@ fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index) % 3 == 0 {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
             text.push('\u{202f}');
         }
         text.push(digit);
