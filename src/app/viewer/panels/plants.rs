@@ -10,6 +10,7 @@ pub fn show(ui: &mut Ui, status: &Status) {
     let WorldStatus::Land { census, selected, level, .. } = &status.world else { return };
     match selected {
         Some(selected) => self::selected(ui, selected, *level),
+        None if census.is_empty() && status.work.is_some() => drop(ui.weak("Plants are growing …")),
         None if census.is_empty() => drop(ui.weak("Nothing stands on this land.")),
         None => drop(ui.weak("Click a plant in the picture.")),
     }
