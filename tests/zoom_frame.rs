@@ -70,7 +70,7 @@ fn no_holes(places: u32) {
             // At random places rough surfaces are cliffs, past which one looks down far.
             let is_steered = index % 2 == 0 || roughness == Roughness::Half;
             let place = if is_steered {
-                steered(surface, Depth(u64::from(level) << 16 | words.word() % 65_536)).place
+                steered(surface, Depth((u64::from(level) << 16) | (words.word() % 65_536))).place
             } else {
                 let height = (1 << 10) + (words.word() >> 53) as i64;
                 random_place_above(renderer.spine(), &mut words, level, height)
