@@ -96,8 +96,8 @@ fn another_interface_is_refused() {
         (
             "viewer/panel.vert",
             "vec2 size; ",
-            "vec4 size; ",
-            "`pub size: [f32; 4],` in place of `pub size: [f32; 2],`",
+            "ivec2 size; ",
+            "`pub size: [i32; 2],` in place of `pub size: [f32; 2],`",
         ),
         ("viewer/panel.frag", "rgba8", "rgba16f", "Rgba16f"),
         ("viewer/panel.frag", "location = 0) out", "location = 1) out", "Writes 1"),

@@ -116,7 +116,7 @@ impl Sources {
                     changes.programs.push(program);
                     changes.files.extend(new);
                 }
-                Err(refusal) => changes.refusals.push(refusal),
+                Err(refusal) => changes.refusals.push(refusal.trim_end().into()),
             }
         }
         // Programs share files, and what is wrong with them.
