@@ -78,7 +78,7 @@ pub fn program_module(program: &Program, shared: &mut Structs) -> Result<String,
         .expect(INFALLIBLE);
     }
     let outputs: String =
-        interface.outputs.iter().map(|(location, ty)| format!("/// - Writes {location}: {ty}\n")).collect();
+        interface.outputs.iter().map(|(location, ty)| format!("/// - Writes {location}: `{ty}`\n")).collect();
     let kind = match interface.workgroup {
         Some(size) => {
             format!("impl ComputeInterface for Shader {{ const WORKGROUP: [u32; 3] = {size:?}; }}")

@@ -80,7 +80,8 @@ impl Scale {
 /// The colour of a share of the way along [`COLOURS`], sRGB: for legends.
 pub fn colour(share: f32) -> [u8; 3] {
     // What is no number is the least.
-    let at = share.clamp(0.0, 1.0) * (COLOURS.len() - 1) as f32;
+    let share = if share > 0.0 { share.min(1.0) } else { 0.0 };
+    let at = share * (COLOURS.len() - 1) as f32;
     let below = (at as usize).min(COLOURS.len() - 2);
     let mix = |channel: usize| {
         let [from, to] = [below, below + 1].map(|index| f32::from(COLOURS[index][channel]));
