@@ -39,14 +39,14 @@ fn an_island_is_watched_changed_and_left() {
     let folder = folder_with(&[("island.toml", &island)]);
     let folder = folder.path();
     let desktop = Desktop::new();
-    let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x540"], &[]);
+    let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x640"], &[]);
     viewer.see("Simulation");
 
     // Keys are found by words; a number is written, and taken back.
+    viewer.push("find a key");
     let search = viewer.place("find a key");
-    viewer.click(&search);
     viewer.type_in("repose");
-    viewer.see_no("camera");
+    viewer.see("repose under water");
     viewer.push("erosion.thermal.repose");
     viewer.key("ctrl+a");
     viewer.type_in("30");
@@ -57,7 +57,7 @@ fn an_island_is_watched_changed_and_left() {
     viewer.click(&search);
     viewer.key("ctrl+a");
     viewer.key("BackSpace");
-    viewer.see("camera");
+    viewer.see_no("repose under water");
     viewer.key("Escape");
 
     // Processes off and on, a single step, and from the start.
