@@ -261,7 +261,11 @@ fn marks_are_seen_and_leave_no_trace() {
         assert_eq!(with(Marks { levels: true, ..none }), ground, "depth {depth}");
         let borders = with(Marks { borders: true, ..none });
         let edges = with(Marks { wireframe: true, ..none });
-        assert!(ground / 50 < borders && borders < edges && edges < ground, "{borders}, {edges} of {ground}");
+        // Triangles are hardly larger than pixels of so small a picture.
+        assert!(
+            ground / 50 < borders && borders < edges && edges <= ground,
+            "{borders}, {edges} of {ground}"
+        );
         for marks in [Marks { boxes: true, ..none }, Marks { corners: true, ..none }] {
             let lines = with(marks);
             assert!(50 < lines && lines < bare.pixels.len() * 3 / 4, "depth {depth}, {marks:?}: {lines}");
