@@ -249,7 +249,9 @@ fn marks_are_seen_and_leave_no_trace() {
     let surface = surface(5);
     let none = Marks::default();
     for depth in [3, 100] {
-        let view = steered(surface, Depth::level(depth));
+        let steered = steered(surface, Depth::level(depth));
+        // Straight ahead there is ground far away.
+        let view = View { attitude: Attitude { pitch: 0, ..steered.attitude }, ..steered };
         let mut renderer = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
         let bare = shot(&mut renderer, &view);
         let ground = renderer.ranges(&view).unwrap().iter().filter(|range| **range > 0.0).count();
