@@ -111,7 +111,7 @@ struct Drawing {
 }
 
 /// Time that a submission should take: a window waits no longer.
-const SLICE: Duration = Duration::from_millis(30);
+const SLICE: Duration = Duration::from_millis(12);
 
 /// Sizes submissions by the time that things took: seconds for each.
 #[derive(Clone, Copy)]

@@ -96,7 +96,7 @@ pub struct Legend {
 }
 
 /// Work between two looks at the inbox.
-const SLICE: Duration = Duration::from_millis(30);
+const SLICE: Duration = Duration::from_millis(12);
 
 /// Between two pictures while land changes.
 const CHANGING: Duration = Duration::from_millis(60);

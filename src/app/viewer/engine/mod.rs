@@ -1,4 +1,4 @@
-//! The engine: a thread that makes the world and draws it, in slices of some 40 ms, between which it listens. So the window never
+//! The engine: a thread that makes the world and draws it, in slices of some 12 ms, between which it listens. So the window never
 //! waits for a world.
 //!
 //! Commands go in, news come out; nothing is shared but pictures, which are never written while anybody has them.
