@@ -47,10 +47,7 @@ fn an_island_is_watched_changed_and_left() {
     let search = viewer.place("find a key");
     viewer.type_in("repose");
     viewer.see("repose under water");
-    viewer.push("erosion.thermal.repose");
-    viewer.key("ctrl+a");
-    viewer.type_in("30");
-    viewer.key("Return");
+    viewer.enter("erosion.thermal.repose", "30");
     viewer.see("not saved");
     viewer.key("ctrl+z");
     viewer.see_no("not saved");
@@ -164,9 +161,7 @@ fn plants_are_marked_and_a_traced_picture_is_exposed_anew() {
     viewer.key("p");
     viewer.see("error about");
     let before = number_before(&mut viewer, " of 64 samples");
-    viewer.push("+0.00 stops");
-    viewer.type_in("1.5");
-    viewer.key("Return");
+    viewer.enter("+0.00 stops", "1.5");
     viewer.see("not saved");
     viewer.see("+1.50 stops");
     let after = number_before(&mut viewer, " of 64 samples");

@@ -213,6 +213,17 @@ impl Viewer<'_> {
         self.click(&places[0]);
     }
 
+    /// Writes something into what has a name that begins so.
+    #[track_caller]
+    pub fn enter(&mut self, name: &str, text: &str) {
+        self.push(name);
+        // It takes text from the next frame on.
+        sleep(Duration::from_secs(1));
+        self.key("ctrl+a");
+        self.type_in(text);
+        self.key("Return");
+    }
+
     pub fn click(&self, [x, y]: &[String; 2]) {
         self.hand(&["mousemove", "--window", &self.window, x, y, "click", "1"]);
     }
