@@ -217,15 +217,16 @@ impl Viewer<'_> {
     #[track_caller]
     pub fn enter(&mut self, name: &str, text: &str) {
         self.push(name);
-        // It takes text from the next frame on.
-        sleep(Duration::from_secs(1));
+        sleep(Duration::from_millis(600));
         self.key("ctrl+a");
         self.type_in(text);
         self.key("Return");
     }
 
+    /// Clicks at a place, and waits for a few frames: what was clicked takes keys from the next one on.
     pub fn click(&self, [x, y]: &[String; 2]) {
         self.hand(&["mousemove", "--window", &self.window, x, y, "click", "1"]);
+        sleep(Duration::from_millis(400));
     }
 
     /// Presses keys, `ctrl+z` for example.
