@@ -64,11 +64,11 @@ small:
 windows:
 	@scripts/install.sh
 	@mkdir -p out
-	set -e; for window in 'island/volcano push Section\nmove 760 420' \
-			'forest/default push Simulation\npush Plants\nwait quiet\nclick 640 330' \
-			'zoom/descent wait 40\npush Stop\npush Drawing'; do \
+	set -e; for window in 'island/volcano push Section\nmove 760 420\nwait 1200' \
+			'forest/default push Simulation\npush Plants\nwait quiet\nclick 640 330\nwait quiet' \
+			'zoom/descent wait 40\npush Stop\npush Drawing\nwait quiet'; do \
 		world=$${window%% *}; picture=docs/pictures/window_$${world%%/*}.png; \
-		printf "$${window#* }\nwait quiet\nwait 10\nscreenshot $$picture\nquit\n" > out/acts.txt; \
+		printf "$${window#* }\nwait 10\nscreenshot $$picture\nquit\n" > out/acts.txt; \
 		$(RUN) view configs/$$world.toml --size 1200x750 --script out/acts.txt; \
 	done
 
