@@ -110,7 +110,7 @@ fn an_island_is_watched_changed_and_left() {
 }
 
 #[test]
-fn a_picture_is_traced_and_saved() {
+fn a_picture_is_traced_and_left() {
     let folder = folder_with(&[("island.toml", ISLAND)]);
     let folder = folder.path();
     let desktop = Desktop::new();
