@@ -109,7 +109,7 @@ test:
 test-long:
 	@scripts/install.sh validation readers
 	$(TEST) --tests -- --ignored --nocapture --test-threads 1
-	$(TEST) --features reload --test reload
+	$(TEST) --features reload --test viewer reload
 
 bench:
 	@scripts/install.sh

@@ -3,6 +3,7 @@
 // Each test crate uses its own part of the kit.
 #![allow(dead_code)]
 
+pub mod committed;
 #[cfg(feature = "viewer")]
 pub mod desktop;
 pub mod field;

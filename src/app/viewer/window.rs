@@ -69,16 +69,22 @@ pub fn run(
     result
 }
 
+/// winit's own text names the line of its source that it failed at, which tells nobody anything.
 fn no_display(error: winit::error::EventLoopError) -> Error {
-    let set =
-        ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
-    match set || !cfg!(all(unix, not(target_os = "macos"))) {
-        true => no_window(error),
-        false => Error::Window(
-            "there is no display: neither WAYLAND_DISPLAY nor DISPLAY is set; `terrane render` needs none"
-                .into(),
-        ),
+    if !cfg!(all(unix, not(target_os = "macos"))) {
+        return no_window(error);
     }
+    let named = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"].iter().filter_map(|name| {
+        let value = std::env::var_os(name).filter(|value| !value.is_empty())?;
+        Some(format!("{name}={}", value.display()))
+    });
+    Error::Window(match named.collect::<Vec<_>>().join(", ") {
+        named if named.is_empty() => {
+            "there is no display: neither WAYLAND_DISPLAY nor DISPLAY is set; `terrane render` needs none"
+                .into()
+        }
+        named => format!("the display can't be opened ({named}); `terrane render` needs none"),
+    })
 }
 
 fn no_window(error: impl std::fmt::Display) -> Error {

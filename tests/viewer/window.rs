@@ -1,0 +1,392 @@
+//! The viewer in a real window, with real keys and a real mouse. Every run is under validation: a message fails it.
+
+use crate::kit::desktop::{Desktop, Viewer};
+use crate::kit::picture::flip;
+use crate::kit::program::{good, json, stderr};
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+/// A small island that is done in seconds.
+const ISLAND: &str = "# A comment that stays.\nformat = 1\nreef = \"none\"\n\n[terrain]\ncells = 64 # few\n\n\
+    [erosion.hydraulic]\nduration = 40 # seconds\n\n[erosion.thermal]\nrepose = 35\n\n[render]\nspp = 4096\n";
+
+/// Somewhere in it.
+const PLACE: &str = "ByVDVhEAAAHJmfewgAANgwAAEYHsJ9YwAAheQjOkAI2uPAAPl8Pq";
+
+const ZOOM: &str = "format = 1\n\n[zoom]\ntile = 4\ndepth = 3\n";
+
+fn folder_with(worlds: &[(&str, &str)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, text) in worlds {
+        fs::write(folder.path().join(name), text).expect("it can be written");
+    }
+    folder
+}
+
+fn text(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).expect("it is there")
+}
+
+#[test]
+fn an_island_is_watched_changed_and_left() {
+    // It goes on for as long as the test.
+    let island = ISLAND.replace("duration = 40", "duration = 1000000");
+    let folder = folder_with(&[("island.toml", &island)]);
+    let folder = folder.path();
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x640"], &[]);
+    viewer.see("Simulation");
+
+    // Keys are found by words; a number is written, and taken back.
+    viewer.push("find a key");
+    let search = viewer.place("find a key");
+    viewer.type_in("repose");
+    viewer.see("repose under water");
+    viewer.enter("erosion.thermal.repose", "30");
+    viewer.see("not saved");
+    viewer.key("ctrl+z");
+    viewer.see_no("not saved");
+    viewer.click(&search);
+    viewer.key("ctrl+a");
+    viewer.key("BackSpace");
+    viewer.see_no("repose under water");
+    viewer.key("Escape");
+
+    // Processes off and on, a single step, and from the start.
+    viewer.push("Water");
+    viewer.push("Water");
+    viewer.push("Pause");
+    viewer.see("Play");
+    viewer.push("Step");
+    viewer.push("Restart");
+
+    // Flight: the eye is elsewhere, and that is put into the world.
+    viewer.drag([600, 300], [700, 260], "1");
+    viewer.drag([600, 300], [640, 320], "3");
+    viewer.wheel([650, 300], true);
+    viewer.hold("w", Duration::from_millis(400));
+    viewer.push("Put this view into the world");
+    viewer.see("not saved");
+    viewer.key("ctrl+s");
+    viewer.see_no("not saved");
+    let saved = text(folder, "island.toml");
+    assert!(
+        saved.contains("look_at") && saved.contains("# A comment that stays.") && saved.contains("64 # few"),
+        "{saved}"
+    );
+
+    // Taken back, and done again.
+    viewer.key("ctrl+z");
+    viewer.see("not saved");
+    viewer.key("ctrl+s");
+    viewer.see_no("not saved");
+    assert_eq!(text(folder, "island.toml"), island);
+    viewer.key("ctrl+y");
+    viewer.see("not saved");
+    viewer.key("ctrl+z");
+    viewer.see_no("not saved");
+
+    for step in 0..100 {
+        viewer.resize([640 + 7 * (step % 50), 360 + 5 * (step % 40)]);
+    }
+    viewer.resize([960, 540]);
+    viewer.minimise();
+    std::thread::sleep(Duration::from_millis(300));
+    viewer.restore();
+    viewer.key("F1");
+    viewer.see_no("Simulation");
+    viewer.key("F1");
+    viewer.see("Simulation");
+    viewer.key("F11");
+    viewer.key("F11");
+
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
+#[test]
+fn a_picture_is_traced_and_left() {
+    let folder = folder_with(&[("island.toml", ISLAND)]);
+    let folder = folder.path();
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x540"], &[]);
+    viewer.see("finished");
+    viewer.push("Path tracing");
+    viewer.push("Trace paths");
+    viewer.see("Stop");
+    viewer.see("error about");
+    viewer.push("Stop");
+    viewer.see("Trace paths");
+    // It is left while it traces.
+    viewer.push("Trace paths");
+    viewer.see("Stop");
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
+/// What stands in the window before some words, as a number.
+#[track_caller]
+fn number_before(viewer: &mut Viewer<'_>, words: &str) -> f64 {
+    viewer.wait(words, |viewer| {
+        let shown = viewer.shown();
+        let line = shown.lines().find(|line| line.contains(words))?;
+        line.split(words).next()?.split_whitespace().last()?.parse().ok()
+    })
+}
+
+#[test]
+fn plants_are_marked_and_a_traced_picture_is_exposed_anew() {
+    let forest = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/forest/tiny.toml");
+    let folder = folder_with(&[]);
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder.path(), &[forest, "--size", "640x400"], &[]);
+    viewer.see("Simulation");
+    viewer.push("Simulation");
+    viewer.push("Plants");
+    viewer.see("Click a plant");
+    // Grass and trees are all round the eye.
+    viewer.drag([480, 300], [480, 300], "1");
+    viewer.see("stands at");
+    viewer.key("Escape");
+    viewer.see("Click a plant");
+    viewer.push("Plants");
+
+    viewer.push("Path tracing");
+    viewer.push("Picture");
+    viewer.key("p");
+    viewer.see("error about");
+    let before = number_before(&mut viewer, " of 64 samples");
+    viewer.enter("+0.00 stops", "1.5");
+    viewer.see("not saved");
+    viewer.see("+1.50 stops");
+    let after = number_before(&mut viewer, " of 64 samples");
+    assert!(after >= before, "{before} samples a pixel, and then {after}");
+    // From another place it goes on by itself.
+    viewer.drag([480, 300], [520, 300], "1");
+    viewer.see("Stop");
+    viewer.see("error about");
+    viewer.key("ctrl+z");
+    viewer.see("+0.00 stops");
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
+#[test]
+fn files_are_opened_and_written() {
+    let folder = folder_with(&[("island.toml", ISLAND), ("zoom.toml", ZOOM)]);
+    let folder = folder.path();
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x540"], &[]);
+    viewer.see("finished");
+    viewer.key("ctrl+e");
+    viewer.see("Write files");
+    viewer.push("Write files");
+    viewer.wait("height.exr", |_| folder.join("island/height.exr").exists().then_some(()));
+    viewer.see_no("Write files");
+
+    viewer.key("ctrl+o");
+    viewer.push("🗋 zoom.toml");
+    viewer.push("🗀  Open");
+    viewer.see("Flight");
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
+#[test]
+fn a_zoom_is_flown_in_and_out() {
+    let folder = folder_with(&[("zoom.toml", ZOOM)]);
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder.path(), &["zoom.toml", "--size", "960x600"], &[]);
+    viewer.see("Flight");
+    viewer.see("depth 4");
+    viewer.key("b");
+    viewer.see("depth 2");
+    viewer.push("Drawing");
+    for mark in ["Levels", "Tile borders", "Wireframe", "Bounding boxes", "Corner heights", "Background"] {
+        viewer.push(mark);
+    }
+    viewer.push("Freeze tiles");
+    viewer.hold("w", Duration::from_millis(300));
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
+#[test]
+fn what_is_not_saved_is_offered_again() {
+    let folder = folder_with(&[("island.toml", ISLAND)]);
+    let folder = folder.path();
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder, &["island.toml", "--size", "960x540"], &[]);
+    viewer.push("Put this view into the world");
+    viewer.see("not saved");
+    std::thread::sleep(Duration::from_millis(1500));
+    viewer.kill();
+
+    // Killed, or asked to end.
+    let mut viewer = desktop.view(folder, &["--size", "960x540"], &[]);
+    viewer.see("Not saved when terrane ended");
+    viewer.push("Open");
+    viewer.see("not saved");
+    viewer.terminate();
+    assert_eq!(viewer.end().status.code(), Some(130));
+
+    let mut viewer = desktop.view(folder, &["--size", "960x540"], &[]);
+    viewer.see("Not saved when terrane ended");
+    viewer.push("Open");
+    viewer.see("not saved");
+    viewer.key("ctrl+s");
+    viewer.see_no("not saved");
+    assert!(text(folder, "island.toml").contains("look_at"));
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
+#[test]
+fn windows_that_fail_are_made_again() {
+    let folder = folder_with(&[("island.toml", ISLAND)]);
+    let desktop = Desktop::new();
+    let failures = "create:1:surface_lost,acquire:3:out_of_date,acquire:6:surface_lost,present:4:out_of_date,present:9:surface_lost";
+    let arguments = ["island.toml", "--size", "480x270", "--exit-after", "40", "--json"];
+    let viewer = desktop.view(folder.path(), &arguments, &[("TERRANE_LOSE_WINDOW", failures)]);
+    let output = viewer.end();
+    good(&output);
+    assert_eq!(json(&output)["view"]["frames"], 40);
+}
+
+#[test]
+fn a_lost_device_ends_it_and_nothing_else() {
+    let folder = folder_with(&[("island.toml", ISLAND)]);
+    let desktop = Desktop::new();
+    for at in ["acquire", "submit", "present"] {
+        let failure = format!("{at}:300:device_lost");
+        let mut viewer = desktop.view(
+            folder.path(),
+            &["island.toml", "--size", "960x540"],
+            &[("TERRANE_LOSE_WINDOW", &failure)],
+        );
+        viewer.push("Put this view into the world");
+        viewer.see("not saved");
+        // Frames, until it happens.
+        while viewer.is_running() {
+            viewer.press("F1");
+        }
+        let output = viewer.end();
+        assert_eq!(output.status.code(), Some(5), "{at}: {}", stderr(&output));
+        let kept = fs::read_dir(folder.path().join("state/recovery")).expect("it is kept");
+        assert!(kept.flatten().any(|file| file.path().extension().is_some_and(|ending| ending == "json")));
+        fs::remove_dir_all(folder.path().join("state")).expect("it is there");
+    }
+}
+
+#[test]
+fn windows_look_as_they_should() {
+    let go = "push Stop\npush a place's code\ntype PLACE\nkey Enter\nwait 5\n".replace("PLACE", PLACE);
+    for (name, world, acts) in [
+        ("start", "", "wait 5\n"),
+        ("island", ISLAND, "push Layers\nmove 600 300\nwait 30\n"),
+        ("zoom", ZOOM, go.as_str()),
+    ] {
+        let script = format!("{acts}wait quiet\nwait 5\nscreenshot shot.png\nquit\n");
+        let folder = folder_with(&[("world.toml", world), ("acts.txt", &script)]);
+        let mut arguments = vec!["--size", "800x450", "--script", "acts.txt"];
+        arguments.extend((!world.is_empty()).then_some("world.toml"));
+        let desktop = Desktop::new();
+        good(&desktop.view(folder.path(), &arguments, &[]).end());
+        let path = format!("{}/tests/golden/window_{name}.png", env!("CARGO_MANIFEST_DIR"));
+        let found = folder.path().join("shot.png");
+        if std::env::var_os("TERRANE_BLESS").is_some() {
+            fs::copy(&found, &path).expect("it is written");
+        }
+        let [golden, found] =
+            [Path::new(&path), &found].map(|path| image::open(path).expect("a picture").into_rgb8());
+        // Numbers that tell what was done on the way may differ; nothing else does.
+        let difference = flip(&golden, &found);
+        assert!(difference < 0.01, "{name}: FLIP {difference}");
+    }
+}
+
+/// Keys and mouse at random, for about so many frames. Nothing that asks for a file, and nothing that ends it.
+fn monkey(seed: u64, frames: u32) -> String {
+    const KEYS: [&str; 24] = [
+        "W",
+        "A",
+        "S",
+        "D",
+        "Space",
+        "C",
+        "Q",
+        "E",
+        "F",
+        "F1",
+        "F2",
+        "Home",
+        "Enter",
+        "Period",
+        "Backspace",
+        "Escape",
+        "Tab",
+        "ArrowLeft",
+        "ArrowUp",
+        "ctrl+Z",
+        "ctrl+Y",
+        "1",
+        "ctrl+1",
+        "F5",
+    ];
+    // Splitmix64 (Steele, Lea & Flood 2014).
+    let mut state = seed;
+    let mut random = move |most: u64| {
+        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (mixed ^ (mixed >> 31)) % most
+    };
+    let mut script = String::new();
+    let mut spent = 0;
+    while spent < frames {
+        let mut point = || format!("{} {}", random(320), 24 + random(156));
+        let (from, to) = (point(), point());
+        let (line, cost) = match random(12) {
+            0..4 => (format!("key {}", KEYS[random(KEYS.len() as u64) as usize]), 2),
+            4 => (format!("press {}", KEYS[random(8) as usize]), 1),
+            5 => (format!("release {}", KEYS[random(8) as usize]), 1),
+            6..8 => (format!("click {from}"), 3),
+            8 => (format!("drag {from} {to}"), 11),
+            9 => (format!("drag {from} {to} right"), 11),
+            10 => (format!("wheel {}", random(7) as i64 - 3), 1),
+            _ => (format!("resize {} {}", 320 + random(80), 180 + random(60)), 1),
+        };
+        script += &line;
+        script.push('\n');
+        spent += cost;
+    }
+    script
+}
+
+#[test]
+fn a_monkey_breaks_nothing() {
+    let script = monkey(1, 500) + "quit\n";
+    let folder = folder_with(&[("island.toml", ISLAND), ("monkey.txt", &script)]);
+    let desktop = Desktop::new();
+    let arguments = ["island.toml", "--size", "320x180", "--script", "monkey.txt"];
+    good(&desktop.view(folder.path(), &arguments, &[]).end());
+}
+
+#[test]
+#[ignore = "minutes: make test-long"]
+fn a_monkey_breaks_nothing_for_long_and_takes_no_more_memory() {
+    // What is there once is there for good: it counts from a quarter of the way on.
+    let parts = [monkey(2, 2000), monkey(3, 6000)];
+    let script = format!("{}screenshot early.png\n{}screenshot late.png\nwait 5\nquit\n", parts[0], parts[1]);
+    let folder = folder_with(&[("island.toml", ISLAND), ("monkey.txt", &script)]);
+    let folder = folder.path();
+    let desktop = Desktop::new();
+    let arguments = ["island.toml", "--size", "320x180", "--script", "monkey.txt"];
+    let mut viewer = desktop.view(folder, &arguments, &[]);
+    let [early, late] = ["early.png", "late.png"]
+        .map(|name| viewer.wait(name, |viewer| folder.join(name).exists().then(|| viewer.resident())));
+    good(&viewer.end());
+    println!("{early} KiB early, {late} KiB late");
+    assert!(late as f64 <= 1.01 * early as f64, "{early} KiB, then {late} KiB");
+}
