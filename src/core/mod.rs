@@ -8,6 +8,7 @@ pub mod map;
 pub mod memory;
 pub mod mesh;
 pub mod octahedron;
+pub mod pace;
 pub mod resample;
 pub mod text;
 pub mod triangulation;

@@ -15,7 +15,7 @@ use super::{
     paint::{Canvas, Frustum, Lattice, Painter, RELIEF_LEVELS, Sight, Stage},
     tiles::{Made, Tiles},
     tree::{Detail, Leaf, TooMany, Tree},
-    view::{Error, wait},
+    view::{Bill, Error, recorder, wait},
 };
 use crate::{
     core::camera::Pinhole,
@@ -24,7 +24,6 @@ use crate::{
     shaders::zoom::layer,
 };
 use glam::Vec3;
-use std::time::Duration;
 
 /// Levels of a layer.
 const LEVELS: u32 = 8;
@@ -301,7 +300,9 @@ pub(super) struct Means<'a> {
     pub painter: &'a Painter,
     pub stage: &'a Stage,
     /// Time spent waiting for the device.
-    pub waited: &'a mut Duration,
+    pub bill: &'a mut Bill,
+    /// Tiles that are drawn in a submission at most.
+    pub most: usize,
 }
 
 impl Background {
@@ -476,7 +477,8 @@ impl Background {
                     laying
                 }
             };
-            let part = self.go_on(means, &job, &mut laying, budget - spent)?;
+            let most = (budget - spent).min(means.most);
+            let part = self.go_on(means, &job, &mut laying, most)?;
             (spent, laying.spent) = (spent + part, laying.spent + part);
             if laying.face < FACES.len() {
                 job.current = Some(laying);
@@ -517,13 +519,13 @@ impl Background {
         laying: &mut Laying,
         budget: usize,
     ) -> Result<usize, Error> {
-        let Means { gpu, spine, tiles, painter, stage, waited } = means;
+        let Means { gpu, spine, tiles, painter, stage, bill, .. } = means;
         let Band { eye, wanted, .. } = &laying.band;
         let too_few = |tiles: &Tiles| Error::Slots { needed: wanted.len(), slots: tiles.capacity() };
-        let mut rec = Recorder::new(gpu);
+        let mut rec = recorder(gpu);
         let made = tiles.make(&mut rec, spine, eye, wanted.iter().copied(), budget);
         if made.waiting > 0 {
-            wait(rec, waited)?;
+            wait(rec, bill)?;
             return match made {
                 Made { tiles: 0, .. } => Err(too_few(tiles)),
                 Made { tiles, .. } => Ok(tiles),
@@ -549,7 +551,7 @@ impl Background {
                 (laying.face, laying.drawn) = (laying.face + 1, 0);
             }
         }
-        wait(rec, waited)?;
+        wait(rec, bill)?;
         Ok(spent)
     }
 

@@ -14,8 +14,8 @@ use super::{
     tree::{Detail, Leaf, TooMany, Tree},
 };
 use crate::{
-    core::camera::Pinhole,
-    gpu::{self, Compute, Gpu, Image, Load, Recorder, format::Rgba32f},
+    core::{camera::Pinhole, pace::Pace},
+    gpu::{self, Compute, Gpu, Image, Load, Recorder, Timing, format::Rgba32f},
     scene::{Film, Light, Picture},
     shaders::zoom::develop,
 };
@@ -100,6 +100,8 @@ pub struct Shot {
     pub cpu: Duration,
     /// And on the device, from when it was told until it was done.
     pub gpu: Duration,
+    /// Of this, what each pass says that it took; empty where a device doesn't tell.
+    pub passes: Vec<Timing>,
 }
 
 /// Draws a surface.
@@ -119,8 +121,17 @@ pub struct Renderer {
     /// Made when first wanted.
     lines: Option<Lines>,
     frozen: Option<Selection>,
-    /// Time spent waiting for the device since the last picture.
+    /// What the device did since the last picture.
+    bill: Bill,
+    /// How long a submission may take that draws, and how long each tile of one does; none where nobody waits.
+    slices: Option<(Duration, Pace)>,
+}
+
+/// What the device did.
+#[derive(Default)]
+pub(super) struct Bill {
     waited: Duration,
+    passes: Vec<Timing>,
 }
 
 /// Tiles are made when they are nearer than this many times what they are drawn at, as long as there are not too many,
@@ -186,7 +197,8 @@ impl Renderer {
             marks: Marks::default(),
             lines: None,
             frozen: None,
-            waited: Duration::ZERO,
+            bill: Bill::default(),
+            slices: None,
         })
     }
 
@@ -217,6 +229,13 @@ impl Renderer {
         }
         self.marks = marks;
         Ok(())
+    }
+
+    /// From now on no submission draws for much longer than this, so that a window on the same device need not wait: a picture is the same, and takes
+    /// somewhat longer.
+    pub fn interrupt_every(&mut self, longest: Duration) {
+        // A few tiles at first: how long they take is not known yet.
+        self.slices = Some((longest, Pace(longest.as_secs_f64() / 8.0)));
     }
 
     /// From now on pictures show the tiles that this view selects, wherever they are taken from; without a view, those that each selects for itself.
@@ -291,8 +310,7 @@ impl Renderer {
         };
         let made = self.make(&selection)?;
         let camera = camera(view, &self.film);
-        let mut rec = Recorder::new(&self.gpu);
-        let drawn = self.draw(&mut rec, view, &selection, &camera)?;
+        let (mut rec, drawn) = self.draw(view, &selection, &camera)?;
         self.develop(&mut rec, &selection, behind);
         let download = rec.download(&self.pixels);
         let pixels = download.take(&self.wait(rec)?);
@@ -303,9 +321,9 @@ impl Renderer {
         // From coarse to fine.
         let leaves = tree.leaves();
         let levels = [leaves.first(), leaves.last()].map(|leaf| leaf.map_or(0, |leaf| leaf.cell.level));
-        let gpu = std::mem::take(&mut self.waited);
+        let Bill { waited: gpu, passes } = std::mem::take(&mut self.bill);
         let cpu = start.elapsed().saturating_sub(gpu);
-        Ok(Shot { picture, altitude, leaves: leaves.len(), levels, drawn, made, cpu, gpu })
+        Ok(Shot { picture, altitude, leaves: leaves.len(), levels, drawn, made, cpu, gpu, passes })
     }
 
     /// The distance of the foreground for every sample of a picture, in cells of the altitude's level, row by row; 0 where there is none.
@@ -315,8 +333,7 @@ impl Renderer {
     pub fn ranges(&mut self, view: &View) -> Result<Vec<f32>, Error> {
         let selection = self.shown(view)?;
         self.make(&selection)?;
-        let mut rec = Recorder::new(&self.gpu);
-        self.draw(&mut rec, view, &selection, &camera(view, &self.film))?;
+        let (mut rec, _) = self.draw(view, &selection, &camera(view, &self.film))?;
         let download = rec.download(&self.canvas.radiance);
         let samples = download.take(&self.wait(rec)?);
         Ok(samples.into_iter().map(|[.., range]| range).collect())
@@ -379,10 +396,18 @@ impl Renderer {
 
     /// Makes the tiles that are not there; returns how many.
     fn make(&mut self, selection: &Selection) -> Result<usize, Error> {
-        let mut rec = Recorder::new(&self.gpu);
-        let wanted = selection.wanted.iter().copied();
-        let Made { tiles, waiting } =
-            self.tiles.make(&mut rec, &mut self.spine, &selection.place, wanted, usize::MAX);
+        let most = self.most();
+        let wanted = || selection.wanted.iter().copied();
+        let mut rec = recorder(&self.gpu);
+        let Made { mut tiles, mut waiting } =
+            self.tiles.make(&mut rec, &mut self.spine, &selection.place, wanted(), most);
+        let mut share = tiles;
+        while waiting > 0 && share > 0 {
+            wait(std::mem::replace(&mut rec, recorder(&self.gpu)), &mut self.bill)?;
+            let also = self.tiles.make_also(&mut rec, &mut self.spine, &selection.place, wanted(), most);
+            (share, waiting) = (also.tiles, also.waiting);
+            tiles += share;
+        }
         let soon = selection.tree.soon(EARLY * self.settings.detail.sides());
         self.tiles.make_also(&mut rec, &mut self.spine, &selection.place, soon, TILES_AHEAD);
         self.wait(rec)?;
@@ -392,14 +417,13 @@ impl Renderer {
         }
     }
 
-    /// Draws the foreground; returns how many tiles these are.
+    /// Draws the foreground, all but what the recorder has yet to submit; how many tiles these are.
     fn draw(
-        &self,
-        rec: &mut Recorder,
+        &mut self,
         view: &View,
         selection: &Selection,
         camera: &Pinhole,
-    ) -> Result<usize, Error> {
+    ) -> Result<(Recorder, usize), Error> {
         let Selection { place, altitude, tree, .. } = selection;
         let leaves = tree.leaves();
         let surface = *self.spine.surface();
@@ -418,15 +442,39 @@ impl Renderer {
         let exposure = self.film.exposure;
         let looks = Some(marks::looks(&self.canvas, exposure));
         let sight = Sight { lattice: &lattice, near, focus: lattice.to(place), looks };
-        self.stage.look(rec, self.canvas.size(), camera);
-        let target = (&self.canvas, Load::Clear([0.0; 4]));
-        self.painter.draw(rec, target, &self.stage, &self.tiles, sight, &views)?;
+        let mut rec = recorder(&self.gpu);
+        self.stage.look(&mut rec, self.canvas.size(), camera);
+        let mut load = Load::Clear([0.0; 4]);
+        let mut rest = views.as_slice();
+        loop {
+            let (now, later) = rest.split_at(self.share(rest.len()));
+            self.painter.draw(&mut rec, (&self.canvas, load), &self.stage, &self.tiles, sight, now)?;
+            if later.is_empty() {
+                break;
+            }
+            let start = Instant::now();
+            wait(std::mem::replace(&mut rec, recorder(&self.gpu)), &mut self.bill)?;
+            if let Some((_, pace)) = &mut self.slices {
+                pace.took(now.len() as u32, start.elapsed());
+            }
+            (rest, load) = (later, Load::Keep);
+        }
         if let Some(lines) = self.lines.as_ref().filter(|_| self.marks.has_lines()) {
             let seen = seen.into_iter();
             let all = marks::lines(self.marks, seen, (&surface, &view.place), altitude.level, exposure);
-            lines.draw(rec, &self.canvas, &self.stage, near, &all)?;
+            lines.draw(&mut rec, &self.canvas, &self.stage, near, &all)?;
         }
-        Ok(views.len())
+        Ok((rec, views.len()))
+    }
+
+    /// Tiles that a submission makes or draws at most.
+    fn most(&self) -> usize {
+        self.slices.map_or(usize::MAX, |(longest, pace)| pace.fits(longest).max(1) as usize)
+    }
+
+    /// How many of so many tiles the next submission draws: all have about as many, so that each of them tells a pace.
+    fn share(&self, tiles: usize) -> usize {
+        tiles.div_ceil(tiles.div_ceil(self.most()).max(1))
     }
 
     /// From samples to pixels, with what is behind them.
@@ -454,12 +502,13 @@ impl Renderer {
     }
 
     fn means(&mut self) -> (&mut Background, Means<'_>) {
-        let Renderer { gpu, spine, tiles, painter, stage, background, waited, .. } = self;
-        (background, Means { gpu, spine, tiles, painter, stage, waited })
+        let most = self.most();
+        let Renderer { gpu, spine, tiles, painter, stage, background, bill, .. } = self;
+        (background, Means { gpu, spine, tiles, painter, stage, bill, most })
     }
 
     fn wait(&mut self, rec: Recorder) -> gpu::Result<gpu::Finished> {
-        wait(rec, &mut self.waited)
+        wait(rec, &mut self.bill)
     }
 }
 
@@ -507,11 +556,22 @@ impl Ahead {
     }
 }
 
+/// Takes the time of passes.
+pub(super) fn recorder(gpu: &Gpu) -> Recorder {
+    Recorder::timed(gpu, 16)
+}
+
 /// Waits until the device has done it, and adds how long that took.
-pub(super) fn wait(rec: Recorder, waited: &mut Duration) -> gpu::Result<gpu::Finished> {
+pub(super) fn wait(rec: Recorder, bill: &mut Bill) -> gpu::Result<gpu::Finished> {
     let start = Instant::now();
-    let finished = rec.submit()?.wait()?;
-    *waited += start.elapsed();
+    let mut finished = rec.submit()?.wait()?;
+    bill.waited += start.elapsed();
+    for timing in std::mem::take(&mut finished.timings) {
+        match bill.passes.iter_mut().find(|known| known.name == timing.name) {
+            Some(known) => known.duration += timing.duration,
+            None => bill.passes.push(timing),
+        }
+    }
     Ok(finished)
 }
 

@@ -4,6 +4,7 @@ use crate::kit;
 use crate::kit::zoom::{Words, light, random_place_above, surface};
 use glam::DVec3;
 use sha2::{Digest, Sha256};
+use std::time::Duration;
 use terrane::{
     scene::{Film, Picture, ToneMap},
     zoom::{
@@ -148,6 +149,10 @@ fn the_same_view_is_the_same_picture() {
             shot(&mut Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap(), view) == *picture
         );
     }
+    // And a tile at a time.
+    let mut interrupted = Renderer::new(&gpu, surface, SETTINGS, &light(), &FILM).unwrap();
+    interrupted.interrupt_every(Duration::from_nanos(1));
+    assert!(shot(&mut interrupted, &views[3]) == first[3]);
     // They show something, and something else each.
     for (index, picture) in first.iter().enumerate() {
         let bytes = picture.developed(ToneMap::Filmic);

@@ -12,6 +12,7 @@ use super::population::{Care, Crowd, Kept};
 use super::{Exposure, Maps, Overlay, Renderer, overlay};
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
+use crate::core::pace::Pace;
 use crate::gpu::{
     self, Buffer, Compute, Gpu, Image, Recorder, Timing,
     format::{D32f, R32f, Rg32f, Rgba8, Rgba32f, Rgba32ui},
@@ -112,22 +113,6 @@ struct Drawing {
 
 /// Time that a submission should take: a window waits no longer.
 const SLICE: Duration = Duration::from_millis(12);
-
-/// Sizes submissions by the time that things took: seconds for each.
-#[derive(Clone, Copy)]
-struct Pace(f64);
-
-impl Pace {
-    fn fits(self, budget: Duration) -> u32 {
-        (budget.as_secs_f64() / self.0) as u32
-    }
-
-    fn took(&mut self, count: u32, time: Duration) {
-        let found = time.as_secs_f64().max(1e-7) / f64::from(count.max(1));
-        // They differ; the slowest of the last ones counts most.
-        self.0 = found.max(0.7 * self.0);
-    }
-}
 
 impl Live {
     /// Takes the scene over. Its light is there at once, but as if nothing hid sky, sun or waves: [`Live::relight`] measures it.
