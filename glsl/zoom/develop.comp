@@ -22,6 +22,7 @@ layout(push_constant, scalar) uniform Push {
     vec2 veil;          // octaves from there to where haze begins, and to where there is nothing but sky
     float offset;       // octaves from the altitude to the unit of the background's distances
     int has_background;
+    int row;            // the first one
 } push;
 
 // The face of the background in a direction, and where on it, −1…1. Twin of `faces` in zoom/background.rs.
@@ -69,7 +70,7 @@ vec3 seen(ivec2 sample_) {
 }
 
 void main() {
-    ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.row);
     if (any(greaterThanEqual(at, imageSize(picture)))) return;
     vec3 sum = vec3(0.0);
     for (int row = 0; row < push.side; ++row) {

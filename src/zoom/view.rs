@@ -123,9 +123,22 @@ pub struct Renderer {
     frozen: Option<Selection>,
     /// What the device did since the last picture.
     bill: Bill,
-    /// How long a submission may take that draws, and how long each tile of one does; none where nobody waits.
-    slices: Option<(Duration, Pace)>,
+    /// None where nobody waits.
+    slices: Option<Slices>,
 }
+
+/// Cuts pictures into submissions.
+#[derive(Clone, Copy)]
+struct Slices {
+    /// How long one may take.
+    longest: Duration,
+    tile: Pace,
+    /// Of the picture, when it is developed.
+    row: Pace,
+}
+
+/// Rows of a workgroup that develops.
+const ROWS: u32 = 8;
 
 /// What the device did.
 #[derive(Default)]
@@ -234,8 +247,9 @@ impl Renderer {
     /// From now on no submission draws for much longer than this, so that a window on the same device need not wait: a picture is the same, and takes
     /// somewhat longer.
     pub fn interrupt_every(&mut self, longest: Duration) {
-        // A few tiles at first: how long they take is not known yet.
-        self.slices = Some((longest, Pace(longest.as_secs_f64() / 8.0)));
+        // Little at first: how long it takes is not known yet.
+        let little = |count: u32| Pace(longest.as_secs_f64() / f64::from(count));
+        self.slices = Some(Slices { longest, tile: little(8), row: little(ROWS) });
     }
 
     /// From now on pictures show the tiles that this view selects, wherever they are taken from; without a view, those that each selects for itself.
@@ -311,7 +325,7 @@ impl Renderer {
         let made = self.make(&selection)?;
         let camera = camera(view, &self.film);
         let (mut rec, drawn) = self.draw(view, &selection, &camera)?;
-        self.develop(&mut rec, &selection, behind);
+        self.develop(&mut rec, &selection, behind)?;
         let download = rec.download(&self.pixels);
         let pixels = download.take(&self.wait(rec)?);
         let Film { width, height, .. } = self.film;
@@ -454,8 +468,8 @@ impl Renderer {
             }
             let start = Instant::now();
             wait(std::mem::replace(&mut rec, recorder(&self.gpu)), &mut self.bill)?;
-            if let Some((_, pace)) = &mut self.slices {
-                pace.took(now.len() as u32, start.elapsed());
+            if let Some(slices) = &mut self.slices {
+                slices.tile.took(now.len() as u32, start.elapsed());
             }
             (rest, load) = (later, Load::Keep);
         }
@@ -469,7 +483,7 @@ impl Renderer {
 
     /// Tiles that a submission makes or draws at most.
     fn most(&self) -> usize {
-        self.slices.map_or(usize::MAX, |(longest, pace)| pace.fits(longest).max(1) as usize)
+        self.slices.map_or(usize::MAX, |Slices { longest, tile, .. }| tile.fits(longest).max(1) as usize)
     }
 
     /// How many of so many tiles the next submission draws: all have about as many, so that each of them tells a pace.
@@ -478,7 +492,12 @@ impl Renderer {
     }
 
     /// From samples to pixels, with what is behind them.
-    fn develop(&self, rec: &mut Recorder, selection: &Selection, behind: Option<Behind>) {
+    fn develop(
+        &mut self,
+        rec: &mut Recorder,
+        selection: &Selection,
+        behind: Option<Behind>,
+    ) -> gpu::Result<()> {
         let Selection { altitude: own, haze: Haze { altitude, octaves }, .. } = selection;
         // Samples tell distances in cells of the level of their own altitude.
         let scale = libm::exp2(f64::from(own.level) - f64::from(altitude.level));
@@ -489,16 +508,33 @@ impl Renderer {
             veil: [self.settings.clear.min(0.99) * octaves, *octaves],
             offset: behind.map_or(0.0, |of| altitude.depth() - f64::from(of.level)) as f32,
             has_background: behind.is_some().into(),
+            row: 0,
         };
-        let Stage { frame, panorama, .. } = &self.stage;
-        let bindings = develop::Bindings {
-            frame,
-            panorama,
-            radiance: &self.canvas.radiance,
-            background: self.background.texels(behind),
-            picture: &self.pixels,
-        };
-        rec.dispatch(&self.develop, self.pixels.size(), push, bindings);
+        let [width, height] = self.pixels.size();
+        let mut row = 0;
+        loop {
+            let most = self.slices.map_or(u32::MAX, |Slices { longest, row, .. }| row.fits(longest));
+            let rows = (most / ROWS * ROWS).clamp(ROWS, height.next_multiple_of(ROWS));
+            let Stage { frame, panorama, .. } = &self.stage;
+            let bindings = develop::Bindings {
+                frame,
+                panorama,
+                radiance: &self.canvas.radiance,
+                background: self.background.texels(behind),
+                picture: &self.pixels,
+            };
+            let push = develop::Push { row: row as i32, ..push };
+            rec.dispatch(&self.develop, [width, rows.min(height - row)], push, bindings);
+            row += rows;
+            if row >= height {
+                return Ok(());
+            }
+            let start = Instant::now();
+            wait(std::mem::replace(rec, recorder(&self.gpu)), &mut self.bill)?;
+            if let Some(slices) = &mut self.slices {
+                slices.row.took(rows, start.elapsed());
+            }
+        }
     }
 
     fn means(&mut self) -> (&mut Background, Means<'_>) {
