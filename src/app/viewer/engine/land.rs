@@ -102,6 +102,9 @@ const SLICE: Duration = Duration::from_millis(12);
 /// Between two pictures while land changes.
 const CHANGING: Duration = Duration::from_millis(60);
 
+/// Between two glances of the host at land that changes: the eye is kept above it, and clicks meet it.
+const GLANCES: Duration = Duration::from_millis(500);
+
 /// What a picture of what moves should take: it has as many texels as that allows.
 const SWIFT: Duration = Duration::from_millis(70);
 
@@ -143,8 +146,10 @@ pub struct Land {
     world: Arc<World>,
     simulation: Simulation,
     live: Live,
-    /// The land as it was when it was last looked at.
+    /// The land as it was when the host last glanced at it, and whether it has changed since.
     ground: Ground,
+    outdated: bool,
+    glanced: Instant,
     rig: Rig,
     playing: bool,
     /// Iterations between two pictures; 0 is as many as there is time for.
@@ -194,13 +199,16 @@ impl Land {
         while !simulation.progress().finished && simulation.progress().stage == Stage::Base {
             simulation.step(SLICE)?;
         }
-        let ground = ground(studio, &simulation)?;
-        let scene = land::scene(world, simulation.land()?, NO_CAMERA, Population::default());
+        let shown = simulation.land()?;
+        let ground = ground(studio, &shown)?;
+        let scene = land::scene(world, shown, NO_CAMERA, Population::default());
         let renderer = studio.renderer()?;
         let mut land = Land {
             world: world.clone(),
             live: Live::new(&studio.gpu, renderer, scene)?,
             ground,
+            outdated: false,
+            glanced: Instant::now(),
             simulation,
             rig: Rig::default(),
             playing: true,
@@ -547,6 +555,13 @@ impl Land {
         if runs && !waits {
             self.simulate(studio, self.per_picture)?;
         }
+        if self.outdated && (!runs || self.glanced.elapsed() >= GLANCES) {
+            let begun = Instant::now();
+            self.ground = ground(studio, &self.live.scene().ground)?;
+            (self.outdated, self.glanced) = (false, Instant::now());
+            studio.took("heights", begun);
+            return Ok(Slice::Worked);
+        }
         let moves = runs || steered;
         if self.simulation.progress().finished && !self.changed {
             self.plant(studio, speaker, moves)?;
@@ -614,12 +629,11 @@ impl Land {
         if stale && (!moves || self.begun.elapsed() >= CHANGING || !self.changed) {
             if std::mem::take(&mut self.changed) {
                 self.trace.forget();
-                self.ground = ground(studio, &self.simulation)?;
                 let mut ground = self.live.scene().ground.clone();
                 self.simulation.update(&mut ground)?;
                 self.live.set_ground(ground)?;
                 self.shown = None;
-                self.trace.forget();
+                self.outdated = true;
             }
             self.begin(studio, Drawn::Swift)?;
             return Ok(true);
@@ -905,12 +919,12 @@ fn bounds(gpu: &Gpu, image: &Image<R32f>, scale: Scale) -> Result<[f32; 2], Erro
     Ok([low, if high > low { high } else { low + low.abs().max(1e-3) }])
 }
 
-/// The land as it is now, on the host.
-fn ground(studio: &Studio, simulation: &Simulation) -> Result<Ground, Error> {
+/// Heights of the land as it is shown, on the host.
+fn ground(studio: &Studio, land: &scene::Ground) -> Result<Ground, Error> {
     let mut rec = Recorder::new(&studio.gpu);
-    let heights = rec.download(&simulation.layer(Layer::Height)?);
+    let heights = rec.download(&land.height);
     let heights = heights.take(&rec.submit()?.wait()?);
-    Ok(Ground::new(simulation.plan().grid, simulation.sea_level(), heights))
+    Ok(Ground::new(land.grid, land.sea_level, heights))
 }
 
 /// What can't be flown through: ground, and the sea.
