@@ -19,7 +19,8 @@ layout(push_constant, scalar) uniform Push {
     vec2 middle;     // of the brush, in cells
     float radius;    // in cells
     float strength;
-    float sea_level; // below it water does not stay
+    float sea_level; // of rivers: below it water does not stay
+    uint coral;      // whether it grows
 } push;
 
 const uint RAISE = 0u;
@@ -36,15 +37,17 @@ void main() {
     // 1 in the middle, level there and at the rim; over the disc it is a third on average.
     float share = rest * rest;
     if (KIND == RAISE) {
-        precise float ground = imageLoad(start, cell).x + push.strength * share;
+        float before = imageLoad(start, cell).x;
+        precise float ground = before + push.strength * share;
         precise float raised = ground + imageLoad(change, cell).x;
-        imageStore(start, cell, vec4(ground));
-        // What comes out of the sea comes out dry.
-        if (imageLoad(height, cell).x < push.sea_level && !outside(cell, imageSize(water))) {
+        // Rivers ran on what coral grows on. The sea is as deep as ground lies below it: what comes out of it is dry.
+        float bed = push.coral != 0u ? before : imageLoad(height, cell).x;
+        if (bed < push.sea_level && !outside(cell, imageSize(water))) {
             vec4 wet = imageLoad(water, cell);
-            wet.x = max(0.0, wet.x - max(0.0, push.strength * share));
+            wet.x = max(0.0, push.sea_level - (bed + push.strength * share));
             imageStore(water, cell, wet);
         }
+        imageStore(start, cell, vec4(ground));
         imageStore(height, cell, vec4(raised));
     } else if (KIND == RAIN) {
         vec4 wet = imageLoad(water, cell);

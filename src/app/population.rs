@@ -5,10 +5,11 @@ use crate::core::camera::{Pinhole, direction};
 use crate::core::memory::mebibytes;
 use crate::gpu::{self, Gpu, Image, Recorder, format::R32f};
 use crate::plants::derive::Limits;
-use crate::plants::planting::{Ground, Kind, MOST_PLANTS, PLANT_BYTES, Planter};
+use crate::plants::planting::{Ground, Kind, MOST_PLANTS, PLANT_BYTES, Planter, Standing};
 use crate::scene::{Camera, Film, Instance, Model, Population, View};
 use crate::terrain::{Layer, Simulation};
 use crate::world::World;
+use glam::Vec3;
 use std::sync::Arc;
 
 /// What of a world's plants does not depend on the camera: they have grown, and the ground for them is known.
@@ -17,6 +18,17 @@ pub struct Garden<'a> {
     kinds: Vec<Kind>,
     models: Vec<Arc<Model>>,
     ground: Ground,
+    /// What stands wherever the camera is, once that is [kept](Garden::keep).
+    standing: Standing,
+}
+
+/// Where ground cover is planted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sight {
+    /// Where this camera sees it: so does the picture that `terrane render` makes.
+    Picture(Pinhole),
+    /// On all sides of this place, as its pictures would have it.
+    Round(Vec3),
 }
 
 impl<'a> Garden<'a> {
@@ -28,43 +40,51 @@ impl<'a> Garden<'a> {
         session: &mut Session,
     ) -> Result<Self, Error> {
         let (kinds, models) = grow(world, session)?;
-        let ground = ground(gpu, world, simulation)?;
-        Ok(Garden { world, kinds, models, ground: measured(ground, world) })
+        let ground = measured(ground(gpu, world, simulation)?, world);
+        Ok(Garden { world, kinds, models, ground, standing: Standing::default() })
     }
 
     /// The same on ground that has been downloaded: needs no device.
     #[cfg(feature = "viewer")]
     pub fn on(ground: Ground, world: &'a World, session: &mut Session) -> Result<Self, Error> {
         let (kinds, models) = grow(world, session)?;
-        Ok(Garden { world, kinds, models, ground: measured(ground, world) })
+        Ok(Garden { world, kinds, models, ground: measured(ground, world), standing: Standing::default() })
+    }
+
+    /// Plants what comes before the first ground cover, and keeps it for all cameras.
+    #[cfg(feature = "viewer")]
+    pub fn keep(&mut self, session: &mut Session) -> Result<(), Error> {
+        let nowhere = Pinhole::look_along(Vec3::ZERO, Vec3::NEG_Z, 1.0, 1.0);
+        let mut planter = self.planter(&nowhere);
+        while !planter.asks_camera() && step(&mut planter, session)? {}
+        self.standing = planter.into_standing();
+        Ok(())
     }
 
     /// Plants, as many of them as a picture of this size may show: ground cover is planted where the camera sees it.
     pub fn populate(&self, camera: &Camera, film: &Film, session: &mut Session) -> Result<Population, Error> {
-        let Garden { world, kinds, ground, .. } = self;
-        let rules = &world.plants.rules;
-        let standing = &world.plants.standing;
-        if rules.is_empty() && standing.is_empty() {
+        self.plant(Sight::Picture(self.pinhole(camera, film)), session)
+    }
+
+    /// The same, for any sight.
+    pub fn plant(&self, sight: Sight, session: &mut Session) -> Result<Population, Error> {
+        let plants = &self.world.plants;
+        if plants.rules.is_empty() && plants.standing.is_empty() {
             return Ok(Population::default());
         }
-        let camera = self.pinhole(camera, film);
-        // No more than this machine has room for.
-        let room = gpu::free_ram().map_or(u64::MAX, |bytes| bytes / PLANT_BYTES);
-        let others = world.plants.standing();
-        let mut planter =
-            Planter::new(rules, kinds, ground, &camera).beside(others).at_most(room.min(MOST_PLANTS));
-        loop {
-            let (done, of) = planter.progress();
-            session.progress.show("planting", done as u64, of as u64);
-            interrupt::check(&session.report)?;
-            if !planter.step()? {
-                break;
-            }
+        let camera = match sight {
+            Sight::Picture(camera) => camera,
+            Sight::Round(eye) => Pinhole::look_along(eye, Vec3::NEG_Z, 1.0, 1.0),
+        };
+        let mut planter = self.planter(&camera).after(self.standing.clone());
+        if matches!(sight, Sight::Round(_)) {
+            planter = planter.all_round();
         }
+        while step(&mut planter, session)? {}
         session.progress.end();
         let mut models = self.models.clone();
         let mut instances = planter.into_instances();
-        for Population { models: more, instances: others } in standing {
+        for Population { models: more, instances: others } in &plants.standing {
             let first = models.len() as u32;
             models.extend(more.iter().cloned());
             instances.extend(others.iter().map(|other| Instance { model: first + other.model, ..*other }));
@@ -74,10 +94,26 @@ impl<'a> Garden<'a> {
         Ok(Population { models, instances })
     }
 
+    fn planter<'b>(&'b self, camera: &'b Pinhole) -> Planter<'b> {
+        let Garden { world, kinds, ground, .. } = self;
+        // No more than this machine has room for.
+        let room = gpu::free_ram().map_or(u64::MAX, |bytes| bytes / PLANT_BYTES);
+        let planter = Planter::new(&world.plants.rules, kinds, ground, camera);
+        planter.beside(world.plants.standing()).at_most(room.min(MOST_PLANTS))
+    }
+
     /// The camera of a picture of this size.
     pub fn pinhole(&self, camera: &Camera, film: &Film) -> Pinhole {
         pinhole(camera, film, &self.ground)
     }
+}
+
+/// Follows the next rule; false if there was none left.
+fn step(planter: &mut Planter<'_>, session: &mut Session) -> Result<bool, Error> {
+    let (done, of) = planter.progress();
+    session.progress.show("planting", done as u64, of as u64);
+    interrupt::check(&session.report)?;
+    Ok(planter.step()?)
 }
 
 /// Plants of a world on its finished land, as one camera sees them.

@@ -476,9 +476,22 @@ impl Draws<'_> {
         push: S::Push,
         bindings: S::Bindings<'_>,
     ) {
+        self.draw_some(pipeline, draw.vertices, 0..draw.instances, push, bindings);
+    }
+
+    /// Draws those instances only.
+    pub fn draw_some<S: RasterInterface>(
+        &mut self,
+        pipeline: &Raster<S>,
+        vertices: u32,
+        instances: Range<u32>,
+        push: S::Push,
+        bindings: S::Bindings<'_>,
+    ) {
         let Some(rec) = self.bind(pipeline, &push, &bindings) else { return };
+        let count = instances.len() as u32;
         // SAFETY: pipeline, set and push constants of this program are bound, inside rendering.
-        unsafe { rec.device().cmd_draw(rec.command, draw.vertices, draw.instances, 0, 0) };
+        unsafe { rec.device().cmd_draw(rec.command, vertices, count, 0, instances.start) };
     }
 
     /// Draws the vertices that `indices` names.

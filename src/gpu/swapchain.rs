@@ -304,7 +304,7 @@ impl Swapchain {
             vk::Extent2D { width, height } => [width, height],
         };
         if size.contains(&0) {
-            self.free_chain();
+            self.drop_chain();
             return Ok(());
         }
         let format = self.format(physical)?;
@@ -338,7 +338,7 @@ impl Swapchain {
             .old_swapchain(old.unwrap_or_default());
         // SAFETY: all of it was asked of the surface; the old swapchain is of the same one, and its pictures are done.
         let raw = unsafe { self.functions.create_swapchain(&info, None) };
-        self.free_chain();
+        self.drop_chain();
         let raw = raw.map_err(vk_error("vkCreateSwapchainKHR"))?;
         let chain = self.chain.insert(Chain { raw, images: Vec::new(), drawn: Vec::new(), size });
         // SAFETY: the swapchain was just made.
@@ -365,7 +365,8 @@ impl Swapchain {
         found.copied().ok_or_else(|| Error::Unsupported("8-bit sRGB in this window".into()))
     }
 
-    /// Waits until nothing that was submitted for the window is under way.
+    /// Waits until nothing that was submitted for the window is under way. Who draws the world waits for each of its submissions before the
+    /// next, so that this waits for no more than one of them.
     fn settle(&mut self) -> Result<()> {
         let mut result = Ok(());
         while let Some((submission, semaphore)) = self.frames.pop_front() {
@@ -389,6 +390,11 @@ impl Swapchain {
     fn free_chain(&mut self) {
         // A lost device has nothing under way.
         let _ = self.settle();
+        self.drop_chain();
+    }
+
+    /// The same once all is settled.
+    fn drop_chain(&mut self) {
         let Some(chain) = self.chain.take() else { return };
         // SAFETY: nothing is under way that uses them.
         unsafe {

@@ -18,8 +18,7 @@ mod population;
 mod tile;
 
 use crate::gpu::{
-    self, Blend, Compute, Cull, Depth, Draw, Gpu, Image, Load, Raster, RasterState, Recorder, Targets,
-    Topology,
+    self, Blend, Compute, Cull, Depth, Gpu, Image, Load, Raster, RasterState, Recorder, Targets, Topology,
     format::{D32f, Format, R32f, Rgba32f, Rgba32ui},
 };
 use crate::scene::{Film, Picture, Scene};
@@ -32,6 +31,7 @@ pub use overlay::{COLOURS, MATERIALS, Overlay, Scale, Shown, colour as overlay_c
 
 use patches::Prepared;
 use population::Crowd;
+use std::ops::Range;
 use tile::Tile;
 
 /// Draws scenes. Making one compiles its programs; it can then draw any number of pictures.
@@ -147,25 +147,28 @@ impl Renderer {
         let range = Image::new(&self.gpu, "range", size)?;
         let depth = Image::<D32f>::new(&self.gpu, "depth", size)?;
         let mut rec = Recorder::new(&self.gpu);
-        self.record_range(&mut rec, (prepared, scene), tile.clip(film), &range, &depth);
+        let all = 0..prepared.patches_per_side.pow(2);
+        self.record_range(&mut rec, (prepared, scene), tile.clip(film), (&range, &depth), all);
         rec.submit()?.wait()?;
         Ok((range, depth))
     }
 
+    /// Some patches of the ground, the first of them on empty images.
     fn record_range(
         &self,
         rec: &mut Recorder,
         (prepared, scene): (&Prepared, &Scene),
         [scale, offset]: [[f32; 2]; 2],
-        range: &Image<R32f>,
-        depth: &Image<D32f>,
+        (range, depth): (&Image<R32f>, &Image<D32f>),
+        patches: Range<u32>,
     ) {
-        let targets = Targets { color: &[range], depth: Some(depth), load: Load::Clear([0.0; 4]) };
+        let load = if patches.start == 0 { Load::Clear([0.0; 4]) } else { Load::Keep };
+        let targets = Targets { color: &[range], depth: Some(depth), load };
         rec.render(&targets, |draws| {
-            let side = prepared.patches_per_side;
-            draws.draw(
+            draws.draw_some(
                 &self.terrain,
-                Draw { vertices: 4, instances: side * side },
+                4,
+                patches,
                 terrain::Push { scale, offset },
                 terrain::Bindings {
                     frame: &prepared.frame,
@@ -186,7 +189,7 @@ impl Renderer {
         let lit = Lit { scene, prepared, exposure, crowd };
         if crowd.materials().is_some() {
             let plant = Image::new(&self.gpu, "plant", size)?;
-            self.population.draw(
+            self.population.draw_tile(
                 &self.gpu,
                 crowd,
                 (scene, prepared),

@@ -14,7 +14,10 @@ use super::{
     tree::{Detail, Leaf, TooMany, Tree},
 };
 use crate::{
-    core::{camera::Pinhole, pace::Pace},
+    core::{
+        camera::Pinhole,
+        pace::{Pace, SLICE},
+    },
     gpu::{self, Compute, Gpu, Image, Load, Recorder, Timing, format::Rgba32f},
     scene::{Film, Light, Picture},
     shaders::zoom::develop,
@@ -123,17 +126,9 @@ pub struct Renderer {
     frozen: Option<Selection>,
     /// What the device did since the last picture.
     bill: Bill,
-    /// None where nobody waits.
-    slices: Option<Slices>,
-}
-
-/// Cuts pictures into submissions.
-#[derive(Clone, Copy)]
-struct Slices {
-    /// How long one may take.
-    longest: Duration,
+    /// How long it takes to make or draw a tile,
     tile: Pace,
-    /// Of the picture, when it is developed.
+    /// and to develop a row.
     row: Pace,
 }
 
@@ -211,7 +206,8 @@ impl Renderer {
             lines: None,
             frozen: None,
             bill: Bill::default(),
-            slices: None,
+            tile: Pace::of(u32::MAX),
+            row: Pace::of(u32::MAX),
         })
     }
 
@@ -244,12 +240,10 @@ impl Renderer {
         Ok(())
     }
 
-    /// From now on no submission draws for much longer than this, so that a window on the same device need not wait: a picture is the same, and takes
+    /// From now on no submission takes much longer than a slice, so that a window on the same device need not wait: a picture is the same, and takes
     /// somewhat longer.
-    pub fn interrupt_every(&mut self, longest: Duration) {
-        // Little at first: how long it takes is not known yet.
-        let little = |count: u32| Pace(longest.as_secs_f64() / f64::from(count));
-        self.slices = Some(Slices { longest, tile: little(8), row: little(ROWS) });
+    pub fn share_the_device(&mut self) {
+        (self.tile, self.row) = (Pace::new(1.5e-3), Pace::new(1.5e-3));
     }
 
     /// From now on pictures show the tiles that this view selects, wherever they are taken from; without a view, those that each selects for itself.
@@ -468,9 +462,7 @@ impl Renderer {
             }
             let start = Instant::now();
             wait(std::mem::replace(&mut rec, recorder(&self.gpu)), &mut self.bill)?;
-            if let Some(slices) = &mut self.slices {
-                slices.tile.took(now.len() as u32, start.elapsed());
-            }
+            self.tile.took(now.len() as u32, start.elapsed());
             (rest, load) = (later, Load::Keep);
         }
         if let Some(lines) = self.lines.as_ref().filter(|_| self.marks.has_lines()) {
@@ -483,7 +475,7 @@ impl Renderer {
 
     /// Tiles that a submission makes or draws at most.
     fn most(&self) -> usize {
-        self.slices.map_or(usize::MAX, |Slices { longest, tile, .. }| tile.fits(longest).max(1) as usize)
+        self.tile.fits(SLICE).max(1) as usize
     }
 
     /// How many of so many tiles the next submission draws: all have about as many, so that each of them tells a pace.
@@ -513,8 +505,7 @@ impl Renderer {
         let [width, height] = self.pixels.size();
         let mut row = 0;
         loop {
-            let most = self.slices.map_or(u32::MAX, |Slices { longest, row, .. }| row.fits(longest));
-            let rows = (most / ROWS * ROWS).clamp(ROWS, height.next_multiple_of(ROWS));
+            let rows = (self.row.fits(SLICE) / ROWS * ROWS).clamp(ROWS, height.next_multiple_of(ROWS));
             let Stage { frame, panorama, .. } = &self.stage;
             let bindings = develop::Bindings {
                 frame,
@@ -531,9 +522,7 @@ impl Renderer {
             }
             let start = Instant::now();
             wait(std::mem::replace(rec, recorder(&self.gpu)), &mut self.bill)?;
-            if let Some(slices) = &mut self.slices {
-                slices.row.took(rows, start.elapsed());
-            }
+            self.row.took(rows, start.elapsed());
         }
     }
 

@@ -570,6 +570,39 @@ fn cover_stands_where_it_stands_whatever_the_camera_does() {
     }
 }
 
+/// What the window does: trees stand, and cover is planted for one camera after the other.
+#[test]
+fn cover_follows_a_camera_round_what_stands() {
+    let ground = level(400.0);
+    let kinds = kinds();
+    let rules = [rule(OAK, dense(9.0)), cover(2.0, 10.0, 60.0), rule(OAK, dense(40.0))];
+    let nowhere = camera(vec2(1e4, 0.0));
+    let mut planter = Planter::new(&rules, &kinds, &ground, &nowhere);
+    while !planter.asks_camera() && planter.step().unwrap() {}
+    assert_eq!(planter.progress(), (1, 3));
+    let standing = planter.into_standing();
+    for eye in [vec2(0.0, 0.0), vec2(30.0, -20.0)] {
+        let camera = camera(eye);
+        let finish = |mut planter: Planter| {
+            while planter.step().unwrap() {}
+            planter.into_instances()
+        };
+        let planter = || Planter::new(&rules, &kinds, &ground, &camera).after(standing.clone());
+        let seen = finish(planter());
+        assert_eq!(seen, plant_seen(&rules, &ground, &camera), "as if all had been planted for it");
+        // On all sides there is more of it, and it is the same where the camera looks.
+        let round = finish(planter().all_round());
+        assert!(round.len() > 2 * seen.len());
+        let grass = |plants: &[Instance]| -> Vec<Vec3> {
+            plants.iter().filter(|plant| kind_of(plant) == GRASS).map(|plant| plant.position).collect()
+        };
+        let all = grass(&round);
+        assert!(grass(&seen).iter().all(|plant| all.contains(plant)));
+        let behind = all.iter().filter(|plant| (**plant - camera.eye).dot(camera.forward) < -20.0).count();
+        assert!(behind > 100, "{behind} behind the camera");
+    }
+}
+
 #[test]
 fn cover_fills_the_picture_to_its_edges() {
     let ground = level(300.0);

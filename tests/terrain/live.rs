@@ -106,6 +106,28 @@ fn ground_stays_what_it_began_with_and_its_change() {
 }
 
 #[test]
+fn what_is_raised_out_of_the_sea_is_dry() {
+    let gpu = kit::gpu();
+    for mut simulation in [eroding(&gpu, &everything()), finished(&gpu, &everything())] {
+        let sea = simulation.sea_level_now();
+        let before = layer(&gpu, &simulation, Layer::Height);
+        let mut raise = |at| {
+            let brush = Brush { kind: BrushKind::Raise, at, radius: 250.0, strength: 40.0 };
+            simulation.brush(brush).unwrap();
+            simulation.brush(brush).unwrap();
+        };
+        [[250.0, 0.0], [-200.0, 150.0], [0.0, -250.0]].map(&mut raise);
+        let [after, water] = [Layer::Height, Layer::Water].map(|of| layer(&gpu, &simulation, of));
+        let is_land = |index: &usize| before[*index] < sea && after[*index] >= sea;
+        let land: Vec<usize> = (0..before.len()).filter(is_land).collect();
+        assert!(land.len() > 50, "{} cells have been raised out of the sea", land.len());
+        for index in land {
+            assert!(water[index] == 0.0, "{} m of water on land at {index}", water[index]);
+        }
+    }
+}
+
+#[test]
 fn a_brush_pours_as_much_water_as_its_falloff_says_but_none_into_the_sea() {
     let gpu = kit::gpu();
     let plan = Plan { hydraulic: Some(valleys(30.0)), ..level() };

@@ -67,6 +67,12 @@ impl Rig {
         Pinhole { right: roll * level.right, up: roll * level.up, ..level }
     }
 
+    /// Position and target as files and command lines have them: to a centimetre, and level.
+    pub fn written(&self) -> [Vec3; 2] {
+        let rounded = |part: f32| ((f64::from(part) * 100.0).round() / 100.0) as f32;
+        [self.eye, self.eye + self.forward() * 100.0].map(|at| at.to_array().map(rounded).into())
+    }
+
     /// Moves for some seconds. `ground` tells the height of what can't be flown through, metres.
     pub fn steer(&mut self, steering: &Steering, seconds: f32, ground: impl Fn(Vec2) -> f32) {
         let Steering { go, turn, speed } = *steering;
@@ -131,6 +137,19 @@ mod tests {
         let camera = RIG.pinhole(1.0, 1.5);
         let again = Rig::of(&camera).pinhole(1.0, 1.5);
         assert!((camera.forward - again.forward).length() < 1e-6 && (camera.up - again.up).length() < 1e-6);
+    }
+
+    #[test]
+    fn what_is_written_is_seen_again() {
+        let rig = Rig { eye: Vec3::new(12.344_9, 300.027, -1234.506), ..RIG };
+        let [position, target] = rig.written();
+        assert_eq!(position, Vec3::new(12.34, 300.03, -1234.51));
+        // A command line reads it as it was written.
+        let read = |part: f32| format!("{part}").parse::<f64>().map(|part| part as f32);
+        assert!([position, target].iter().all(|at| at.to_array().map(read) == at.to_array().map(Ok)));
+        let again = Rig::looking(position, target);
+        assert!((again.forward() - rig.forward()).length() < 2e-4);
+        assert!(rig.eye.distance(position) < 0.01);
     }
 
     #[test]

@@ -759,8 +759,9 @@ impl Desk {
             of.to_array().iter().map(|part| (f64::from(*part) * 100.0).round() / 100.0).collect()
         };
         let mut look = toml_edit::InlineTable::new();
-        look.insert("position", rounded(rig.eye).into());
-        look.insert("target", rounded(rig.eye + rig.forward() * 100.0).into());
+        let [position, target] = rig.written();
+        look.insert("position", rounded(position).into());
+        look.insert("target", rounded(target).into());
         let mut view = toml_edit::InlineTable::new();
         view.insert("look_at", look.into());
         Some((KeyPath::from("camera.view"), view.into()))

@@ -110,13 +110,12 @@ fn plant_at(
     let scale = greatest + (least - greatest) * rank.sqrt().sqrt();
     let plant = planter.grow(rule, at, scale, &mut random)?;
     let position = plant.instance.position;
-    let is_seen = rank < cover.share(position.distance(planter.camera.eye))
-        && is_near_picture(
-            planter.camera,
-            position + Vec3::Y * (plant.height / 2.0),
-            SHADOW * plant.height + plant.circle.crown,
-        );
-    is_seen.then_some(plant)
+    let is_near = rank < cover.share(position.distance(planter.camera.eye));
+    let is_seen = || {
+        let middle = position + Vec3::Y * (plant.height / 2.0);
+        is_near_picture(planter.camera, middle, SHADOW * plant.height + plant.circle.crown)
+    };
+    (is_near && (planter.all_round || is_seen())).then_some(plant)
 }
 
 /// The quadtree over the plane. Squares of level 0 are cells, each with one plant.

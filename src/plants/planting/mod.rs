@@ -87,6 +87,11 @@ impl Plan {
         self.standing.iter().map(|population| population.instances.len() as u64).sum()
     }
 
+    /// Whether any rule asks where the camera is.
+    pub fn has_cover(&self) -> bool {
+        self.rules.iter().any(Rule::is_cover)
+    }
+
     /// What the rules need to know of the land.
     pub fn needs(&self) -> Needs {
         self.rules.iter().map(|rule| rule.site.needs()).fold(Needs::default(), Needs::or)
@@ -142,6 +147,11 @@ pub const MOST_PLANTS: u64 = 10_000_000;
 pub const PLANT_BYTES: u64 = (size_of::<Plant>() + size_of::<Instance>() + size_of::<Circle>() + 4) as u64;
 
 impl Rule {
+    /// Whether it plants where the camera is.
+    fn is_cover(&self) -> bool {
+        matches!(self.places, Places::Cover(_))
+    }
+
     /// One of the kinds by their shares.
     fn pick(&self, random: &mut Random) -> usize {
         let all: f32 = self.kinds.iter().map(|(_, share)| share).sum();
@@ -188,16 +198,23 @@ impl Rule {
     }
 }
 
+/// What stands after some of the rules.
+#[derive(Clone, Default)]
+pub struct Standing {
+    instances: Vec<Instance>,
+    /// Of each rule.
+    crowns: Vec<Arc<Crowns>>,
+    done: usize,
+}
+
 /// Plants rule by rule.
 pub struct Planter<'a> {
     rules: &'a [Rule],
     kinds: &'a [Kind],
     ground: &'a Ground,
     camera: &'a Pinhole,
-    /// What stands already: instances, and the crowns of each rule.
-    instances: Vec<Instance>,
-    crowns: Vec<Crowns>,
-    done: usize,
+    all_round: bool,
+    standing: Standing,
     /// Things of the world that stand beside them.
     others: u64,
     most: u64,
@@ -206,8 +223,18 @@ pub struct Planter<'a> {
 impl<'a> Planter<'a> {
     /// `ground` has measured what the rules need; the rules' kinds are indices into `kinds`.
     pub fn new(rules: &'a [Rule], kinds: &'a [Kind], ground: &'a Ground, camera: &'a Pinhole) -> Self {
-        let (instances, crowns) = (Vec::new(), Vec::new());
-        Planter { rules, kinds, ground, camera, instances, crowns, done: 0, others: 0, most: MOST_PLANTS }
+        let standing = Standing::default();
+        Planter { rules, kinds, ground, camera, all_round: false, standing, others: 0, most: MOST_PLANTS }
+    }
+
+    /// Goes on from what the same rules made on the same ground, for whichever camera as long as none was [asked](Self::asks_camera).
+    pub fn after(self, standing: Standing) -> Self {
+        Planter { standing, ..self }
+    }
+
+    /// Plants ground cover on all sides of the camera, wherever it looks.
+    pub fn all_round(self) -> Self {
+        Planter { all_round: true, ..self }
     }
 
     /// Allows so many plants, in place of [`MOST_PLANTS`].
@@ -225,7 +252,7 @@ impl<'a> Planter<'a> {
     /// # Errors
     /// When there would be too many plants: before memory is taken for them.
     pub fn step(&mut self) -> Result<bool, Error> {
-        let Some(rule) = self.rules.get(self.done) else { return Ok(false) };
+        let Some(rule) = self.rules.get(self.standing.done) else { return Ok(false) };
         self.check(rule, rule.predict(self.ground))?;
         let plants = match &rule.places {
             Places::Scatter(scatter) => scatter::plant(rule, scatter, self)?,
@@ -234,28 +261,39 @@ impl<'a> Planter<'a> {
             Places::Spots(spots) => spots::plant(rule, spots, self),
         };
         self.check(rule, plants.len() as f64)?;
-        self.instances.extend(plants.iter().map(|plant| plant.instance));
-        self.done += 1;
+        let standing = &mut self.standing;
+        standing.instances.extend(plants.iter().map(|plant| plant.instance));
+        standing.done += 1;
         // Nothing looks at the crowns of the last rule.
-        if self.done < self.rules.len() {
+        if standing.done < self.rules.len() {
             let circles: Vec<Circle> = plants.iter().map(|plant| plant.circle).collect();
-            self.crowns.push(Crowns::new(self.ground.grid.extent / 2.0, &circles));
+            standing.crowns.push(Arc::new(Crowns::new(self.ground.grid.extent / 2.0, &circles)));
         }
         Ok(true)
     }
 
+    /// Whether the next rule asks where the camera is.
+    pub fn asks_camera(&self) -> bool {
+        self.rules.get(self.standing.done).is_some_and(Rule::is_cover)
+    }
+
     /// Rules followed, and rules in all.
     pub fn progress(&self) -> (usize, usize) {
-        (self.done, self.rules.len())
+        (self.standing.done, self.rules.len())
+    }
+
+    /// What is planted so far, to go on from.
+    pub fn into_standing(self) -> Standing {
+        self.standing
     }
 
     /// What is planted so far, rule by rule.
     pub fn into_instances(self) -> Vec<Instance> {
-        self.instances
+        self.standing.instances
     }
 
     fn check(&self, rule: &Rule, more: f64) -> Result<(), Error> {
-        let count = self.others.saturating_add(self.instances.len() as u64 + more.ceil() as u64);
+        let count = self.others.saturating_add(self.standing.instances.len() as u64 + more.ceil() as u64);
         let (name, most) = (rule.name.clone(), self.most);
         if count > most { Err(Error::TooMany { rule: name, count, most }) } else { Ok(()) }
     }
@@ -265,7 +303,7 @@ impl<'a> Planter<'a> {
         let kind = &self.kinds[rule.pick(random)];
         let turn = turn(random);
         let plant = stand(rule, kind, self.ground, at, scale, turn, random);
-        let place = self.crowns.iter().map(|crowns| crowns.place(at, plant.circle.foot)).max();
+        let place = self.standing.crowns.iter().map(|crowns| crowns.place(at, plant.circle.foot)).max();
         let lives = match place.unwrap_or(Place::Open) {
             Place::Open => true,
             Place::Shaded => plant.tolerance < rule.shade,

@@ -8,11 +8,12 @@
 mod parts;
 
 use super::patches::{self, Prepared, top, values};
-use super::population::{Care, Crowd, Kept};
+use super::population::batch::Cut;
+use super::population::{Care, Coming, Crowd, Kept};
 use super::{Exposure, Maps, Overlay, Renderer, overlay};
 use crate::core::camera::Pinhole;
 use crate::core::grid::Grid;
-use crate::core::pace::Pace;
+use crate::core::pace::{Pace, SLICE};
 use crate::gpu::{
     self, Buffer, Compute, Gpu, Image, Recorder, Timing,
     format::{D32f, R32f, Rg32f, Rgba8, Rgba32f, Rgba32ui},
@@ -43,6 +44,10 @@ pub struct Live {
     drawing: Option<Drawing>,
     /// Of tiles, by detail.
     pace: [Pace; 2],
+    /// Of the ground's.
+    patches: Pace,
+    /// Of triangles of plants, and of those in shadow maps.
+    triangles: [Pace; 2],
     timings: Vec<Timing>,
 }
 
@@ -106,13 +111,22 @@ struct Canvas {
 struct Drawing {
     view: View,
     target: Image<Rgba8>,
-    crowd: Crowd,
-    /// The next row of tiles.
-    row: u32,
+    stage: Stage,
 }
 
-/// Time that a submission should take: a window waits no longer.
-const SLICE: Duration = Duration::from_millis(12);
+/// What is to be done next.
+enum Stage {
+    /// It is found how far away the ground is, from this patch on.
+    Ground(u32),
+    /// Plants are chosen, and come to the device with their shadows.
+    Coming(Coming),
+    /// They are drawn, up to there.
+    Plants(Crowd, Cut),
+    /// Samples are sorted by what they see.
+    Sorting(Crowd),
+    /// They are lit: the next row of tiles.
+    Rows(Crowd, u32),
+}
 
 impl Live {
     /// Takes the scene over. Its light is there at once, but as if nothing hid sky, sun or waves: [`Live::relight`] measures it.
@@ -142,7 +156,9 @@ impl Live {
             kept: Kept::default(),
             canvas: None,
             drawing: None,
-            pace: [Pace(2e-4), Pace(1e-3)],
+            pace: [Pace::new(2e-4), Pace::new(1e-3)],
+            patches: Pace::new(1e-5),
+            triangles: [Pace::new(1e-6); 2],
             timings: Vec::new(),
         };
         live.assume_open()?;
@@ -207,8 +223,8 @@ impl Live {
 
     pub fn set_population(&mut self, population: Population) {
         self.drawing = None;
-        self.scene.population = population;
-        self.kept = Kept::default();
+        let before = std::mem::replace(&mut self.scene.population, population);
+        self.kept.replant(&before, &self.scene.population);
     }
 
     /// The level of detail of an instance in the picture begun last, were it drawn in full; `None` before there is one.
@@ -276,8 +292,7 @@ impl Live {
         Ok(())
     }
 
-    /// Begins a picture: finds how far away all is that it shows. A picture that was under way is given up. [`Live::step`] draws into
-    /// `target`, from the top down.
+    /// Begins a picture. One that was under way is given up. [`Live::step`] draws into `target`, from the top down.
     ///
     /// # Errors
     /// A target of another size than the film's; no memory; a lost device.
@@ -302,23 +317,32 @@ impl Live {
         self.passes.prepare(&self.gpu, view.detail, frame.sky)?;
         self.prepared.camera = view.camera;
         self.prepared.sample_angle = frame.sample_angle;
-        let Some(canvas) = &self.canvas else { return Ok(()) };
-        let mut rec = self.recorder();
+        let mut rec = Recorder::new(&self.gpu);
         rec.upload(&self.prepared.frame, &[frame]);
-        let whole = [[1.0; 2], [0.0; 2]];
-        let seen = (&self.prepared, &self.scene);
-        self.renderer.record_range(&mut rec, seen, whole, &canvas.range, &canvas.depth);
-        self.note(rec.submit()?.wait()?.timings);
-        let care = match view.detail {
-            Detail::Swift => Care::Swift,
-            Detail::Full => Care::Full,
-        };
-        let population = &self.renderer.population;
-        let crowd = population.look(&self.gpu, &self.scene, &self.prepared, &mut self.kept, care)?;
-        self.draw_plants(&crowd, size, (view.detail, frame.sky))?;
-        self.sort()?;
-        self.drawing = Some(Drawing { view: view.clone(), target: target.clone(), crowd, row: 0 });
+        rec.submit()?.wait()?;
+        self.drawing = Some(Drawing { view: view.clone(), target: target.clone(), stage: Stage::Ground(0) });
         Ok(())
+    }
+
+    /// Finds how far away some more patches of the ground are.
+    fn find_ground(&mut self, view: &View, first: u32) -> gpu::Result<Stage> {
+        let count = self.prepared.patches_per_side.pow(2);
+        let Some(canvas) = self.canvas.as_ref().filter(|_| first < count) else {
+            let care = match view.detail {
+                Detail::Swift => Care::Swift,
+                Detail::Full => Care::Full,
+            };
+            return Ok(Stage::Coming(Coming::new(care)));
+        };
+        let some = self.patches.fits(SLICE).max(self.prepared.patches_per_side);
+        let patches = first..count.min(first.saturating_add(some));
+        let mut rec = self.recorder();
+        let (seen, whole) = ((&self.prepared, &self.scene), [[1.0; 2], [0.0; 2]]);
+        let images = (&canvas.range, &canvas.depth);
+        self.renderer.record_range(&mut rec, seen, whole, images, patches.clone());
+        let timings = self.patches.time(patches.len() as u32, || Ok(rec.submit()?.wait()?.timings))?;
+        self.note(timings);
+        Ok(Stage::Ground(patches.end))
     }
 
     /// Sorts the samples of the picture by what they see.
@@ -335,31 +359,65 @@ impl Live {
         Ok(())
     }
 
-    /// Draws some more rows of the picture under way, for about as long as `budget` (but at least as many as a workgroup has). False once it
-    /// is finished, or if there is none.
+    /// Does some more of the picture under way, for about as long as `budget`, but at least something: ground and plants first, then rows from the
+    /// top down. False once it is finished, or if there is none.
     ///
     /// # Errors
-    /// A lost device.
+    /// A lost device, or no memory.
     pub fn step(&mut self, budget: Duration) -> gpu::Result<bool> {
-        let (Some(drawing), Some(canvas)) = (&self.drawing, &self.canvas) else { return Ok(false) };
-        let View { film, samples, detail, overlay, .. } = &drawing.view;
+        let begun = Instant::now();
+        while let Some(Drawing { view, target, stage }) = self.drawing.take() {
+            let stage = match stage {
+                Stage::Ground(first) => Some(self.find_ground(&view, first)?),
+                Stage::Coming(coming) => Some(self.come(coming)?),
+                Stage::Plants(crowd, cut) => Some(self.draw_plants(&view, crowd, cut)?),
+                Stage::Sorting(crowd) => {
+                    self.sort()?;
+                    Some(Stage::Rows(crowd, 0))
+                }
+                Stage::Rows(crowd, row) => {
+                    let left = budget.saturating_sub(begun.elapsed());
+                    let next = self.light((&view, &target), &crowd, row, left)?;
+                    next.map(|row| Stage::Rows(crowd, row))
+                }
+            };
+            let Some(stage) = stage else { return Ok(false) };
+            self.drawing = Some(Drawing { view, target, stage });
+            if begun.elapsed() >= budget {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Lights some rows of tiles, from `row` on, for about as long as `budget` (but at least as many as a workgroup has). Returns the row
+    /// behind them; `None` behind the last.
+    fn light(
+        &mut self,
+        (view, target): (&View, &Image<Rgba8>),
+        crowd: &Crowd,
+        row: u32,
+        budget: Duration,
+    ) -> gpu::Result<Option<u32>> {
+        let Some(canvas) = &self.canvas else { return Ok(None) };
+        let View { film, samples, detail, overlay, .. } = view;
         let Canvas { range, radiance, tiles, .. } = canvas;
         let detail = *detail;
         let most = self.pace[detail as usize].fits(budget.min(SLICE));
-        let rows = drawing.row..drawing.row + tiles.rows_of(drawing.row, most);
+        let rows = row..row + tiles.rows_of(row, most);
         let finished = rows.end == tiles.rows();
         let start = Instant::now();
         let mut rec = self.recorder();
         match detail {
-            Detail::Swift => self.record_swift(&mut rec, &drawing.crowd, rows.clone(), canvas),
-            Detail::Full => self.record_fine(&mut rec, &drawing.crowd, rows.clone(), canvas),
+            Detail::Swift => self.record_swift(&mut rec, crowd, rows.clone(), canvas),
+            Detail::Full => self.record_fine(&mut rec, crowd, rows.clone(), canvas),
         }
-        self.record_foliage(&mut rec, detail, &drawing.crowd, rows.clone(), canvas);
+        self.record_foliage(&mut rec, detail, crowd, rows.clone(), canvas);
         // Pixels of which all samples are there.
         let pixel_row = |row: u32| if row == tiles.rows() { film.height } else { row * TILE / samples };
         let pixel_rows = pixel_row(rows.start)..pixel_row(rows.end);
         let development = Development { samples: *samples, exposure: film.exposure, tone_map: film.tone_map };
-        let (developer, target) = (&self.passes.developer, &drawing.target);
+        let developer = &self.passes.developer;
         if !pixel_rows.is_empty() {
             developer.develop_rows(&mut rec, radiance, target, development, pixel_rows.clone());
             if let Some(overlay) = overlay {
@@ -371,11 +429,7 @@ impl Live {
         let timings = rec.submit()?.wait()?.timings;
         self.pace[detail as usize].took(count, start.elapsed());
         self.note(timings);
-        match &mut self.drawing {
-            Some(drawing) if !finished => drawing.row = rows.end,
-            _ => self.drawing = None,
-        }
-        Ok(self.drawing.is_some())
+        Ok(Some(rows.end).filter(|_| !finished))
     }
 
     /// Time on the device of the picture drawn last and of what was lit since, by pass; empty where a device doesn't tell.
@@ -551,26 +605,37 @@ impl Live {
         );
     }
 
-    /// Draws whoever is seen.
-    fn draw_plants(
-        &mut self,
-        crowd: &Crowd,
-        size: [u32; 2],
-        (detail, sky): (Detail, u32),
-    ) -> gpu::Result<()> {
+    /// Brings plants to the device.
+    fn come(&mut self, mut coming: Coming) -> gpu::Result<Stage> {
+        let seen = (&self.scene, &self.prepared);
+        let [_, pace] = &mut self.triangles;
+        let came = self.renderer.population.come(&self.gpu, seen, &mut self.kept, &mut coming, pace)?;
+        Ok(match came {
+            Some(crowd) => Stage::Plants(crowd, Cut::default()),
+            None => Stage::Coming(coming),
+        })
+    }
+
+    /// Draws some more of whoever is seen.
+    fn draw_plants(&mut self, view: &View, crowd: Crowd, mut cut: Cut) -> gpu::Result<Stage> {
         let Some(canvas) = self.canvas.as_mut().filter(|_| crowd.materials().is_some()) else {
-            return Ok(());
+            return Ok(Stage::Sorting(crowd));
         };
         let plant = match &canvas.plant {
             Some(plant) => plant.clone(),
-            None => canvas.plant.insert(Image::new(&self.gpu, "plant", size)?).clone(),
+            None => canvas.plant.insert(Image::new(&self.gpu, "plant", canvas.range.size())?).clone(),
         };
-        let Canvas { range, depth, .. } = &*canvas;
+        let targets = (&canvas.range, &plant, &canvas.depth);
         let whole = [[1.0; 2], [0.0; 2]];
-        let (scene, prepared) = (&self.scene, &self.prepared);
-        let targets = (range, &plant, depth);
-        self.renderer.population.draw(&self.gpu, crowd, (scene, prepared), whole, targets)?;
-        self.passes.prepare_foliage(&self.gpu, detail, sky)
+        let seen = (&self.scene, &self.prepared);
+        let [pace, _] = &mut self.triangles;
+        let drawn = (&crowd, crowd.seen.as_slice(), &mut cut);
+        if self.renderer.population.draw(&self.gpu, drawn, seen, whole, targets, pace)? {
+            return Ok(Stage::Plants(crowd, cut));
+        }
+        let sky = self.frame(&view.camera, &view.film, view.samples).sky;
+        self.passes.prepare_foliage(&self.gpu, view.detail, sky)?;
+        Ok(Stage::Sorting(crowd))
     }
 }
 
@@ -635,7 +700,7 @@ impl Lighting {
             relief: Image::new(gpu, "relief", [cells; 2])?,
             row: 0,
             stale: cells,
-            pace: Pace(1e-3),
+            pace: Pace::new(1e-3),
         })
     }
 

@@ -7,12 +7,13 @@ use crate::scene::{Instance, Model, Population};
 use glam::Vec2;
 use rayon::prelude::*;
 use std::f32::consts::PI;
+use std::time::{Duration, Instant};
 
 /// Distance of samples where the land is not too large for that, metres: light under crowns varies no faster.
 const FINEST: f32 = 2.0;
 const MOST_CELLS: u32 = 1024;
 /// What is lower than this shades no ground but its own, metres.
-const LOWEST: f32 = 1.0;
+pub const LOWEST: f32 = 1.0;
 /// Light comes from all sides: leaves count for the ground as far away as this share of their height.
 const SLANT: f32 = 0.35;
 
@@ -22,27 +23,60 @@ pub fn side(grid: Grid) -> u32 {
 }
 
 /// For every place the area of leaves over it by area of ground, and times that the height of their top above the datum and
-/// the depth of the crowns.
-pub fn canopy(gpu: &Gpu, population: &Population, grid: Grid) -> gpu::Result<Image<Rgba32f>> {
-    let crowns: Vec<Crown> = population.models.par_iter().map(|model| Crown::of(model)).collect();
-    if crowns.iter().all(|crown| crown.area == 0.0) {
-        return Image::new(gpu, "canopy", [1; 2]);
+/// the depth of the crowns; plant by plant.
+pub struct Canopy {
+    /// By model; none if all are too flat to shade anything.
+    crowns: Vec<Crown>,
+    grid: Grid,
+    leaves: Vec<[f32; 4]>,
+    done: usize,
+}
+
+/// Plants between two looks at the clock.
+const SOME: usize = 1024;
+
+impl Canopy {
+    pub fn begin(population: &Population, grid: Grid) -> Canopy {
+        let crowns: Vec<Crown> = population.models.par_iter().map(|model| Crown::of(model)).collect();
+        let are_flat = crowns.iter().all(|crown| crown.area == 0.0);
+        let cells = if are_flat { 1 } else { side(grid) };
+        let crowns = if are_flat { Vec::new() } else { crowns };
+        Canopy { crowns, grid, leaves: vec![[0.0; 4]; (cells * cells) as usize], done: 0 }
     }
-    let cells = side(grid);
-    let mut leaves = vec![[0.0; 4]; (cells * cells) as usize];
-    let mut drawing =
-        Drawing { cells, cell: grid.extent / (cells - 1) as f32, extent: grid.extent, leaves: &mut leaves };
-    // One after another: sums of floats depend on their order.
-    for instance in population.instances.iter() {
-        if let Some(crown) = crowns.get(instance.model as usize) {
-            drawing.add(crown, instance);
+
+    /// Adds plants for about so long; false once all are there.
+    pub fn step(&mut self, population: &Population, budget: Duration) -> bool {
+        if self.crowns.is_empty() {
+            return false;
         }
+        let begun = Instant::now();
+        let (cells, extent) = (side(self.grid), self.grid.extent);
+        let mut drawing =
+            Drawing { cells, cell: extent / (cells - 1) as f32, extent, leaves: &mut self.leaves };
+        // One after another: sums of floats depend on their order.
+        for some in population.instances.get(self.done..).unwrap_or_default().chunks(SOME) {
+            if begun.elapsed() >= budget {
+                return true;
+            }
+            for instance in some {
+                if let Some(crown) = self.crowns.get(instance.model as usize) {
+                    drawing.add(crown, instance);
+                }
+            }
+            self.done += some.len();
+        }
+        false
     }
-    let image = Image::new(gpu, "canopy", [cells; 2])?;
-    let mut rec = Recorder::new(gpu);
-    rec.upload(&image, &leaves);
-    rec.submit()?.wait()?;
-    Ok(image)
+
+    /// Brings it to the device.
+    pub fn image(&self, gpu: &Gpu) -> gpu::Result<Image<Rgba32f>> {
+        let cells = if self.crowns.is_empty() { 1 } else { side(self.grid) };
+        let image = Image::new(gpu, "canopy", [cells; 2])?;
+        let mut rec = Recorder::new(gpu);
+        rec.upload(&image, &self.leaves);
+        rec.submit()?.wait()?;
+        Ok(image)
+    }
 }
 
 /// Of a model that stands alone.

@@ -1,8 +1,8 @@
 //! Shadows that plants cast: maps drawn from the sun, each of a part of the view's depth (Dimitrov 2007, "Cascaded Shadow
 //! Maps").
 
-use super::batch;
-use super::shapes::{self, Shapes};
+use super::batch::Batch;
+use super::shapes;
 use super::view::{Resolution, Seen, Sphere, seen};
 use crate::core::camera::Pinhole;
 use crate::gpu::{
@@ -13,6 +13,7 @@ use crate::raster::patches::Prepared;
 use crate::scene::{Population, Scene};
 use crate::shaders::{self, raster::cast};
 use glam::{DVec2, DVec3, Vec3};
+use std::sync::Arc;
 
 /// Maps of a picture.
 const MAPS: usize = 4;
@@ -30,9 +31,21 @@ const REACH: f32 = 1e5;
 /// Shadow maps on the device, and what says where they lie.
 #[derive(Clone)]
 pub struct Casts {
-    pub casts: Buffer<shaders::Cast>,
+    pub casts: Arc<Buffer<shaders::Cast>>,
     /// Of all maps; a single texel if there is none.
     pub maps: Image<R32f>,
+}
+
+/// Images that maps are drawn into, one picture after the other.
+pub struct Sheets {
+    maps: Image<R32f>,
+    depth: Image<D32f>,
+}
+
+/// A part of the view: what it lies in, and how deep it reaches.
+pub struct Slice {
+    bounds: Sphere,
+    depth: f32,
 }
 
 /// A map before it is drawn: whose shadows fall into its part of the view.
@@ -55,66 +68,69 @@ impl Pass {
         Ok(Pass(Raster::new(gpu, (), &state)?))
     }
 
-    /// Draws the maps; none is a picture without such shadows.
-    pub fn draw(
-        &self,
-        gpu: &Gpu,
-        scene: &Scene,
-        prepared: &Prepared,
-        shapes: Option<&Shapes>,
-        maps: &[Map],
-    ) -> gpu::Result<Casts> {
+    /// Maps in which nobody casts a shadow yet; none is a picture without such shadows. `kept` has the images of earlier ones.
+    pub fn begin(&self, gpu: &Gpu, maps: &[Map], kept: &mut Option<Sheets>) -> gpu::Result<Casts> {
         let mut casts = [shaders::Cast::default(); MAPS];
         for (cast, map) in casts.iter_mut().zip(maps) {
             *cast = map.cast;
         }
-        let casts = shapes::upload(gpu, "casts", &casts)?;
-        let Some(shapes) = shapes.filter(|_| !maps.is_empty()) else {
+        let casts = Arc::new(shapes::upload(gpu, "casts", &casts)?);
+        if maps.is_empty() {
             return Ok(Casts { casts, maps: Image::new(gpu, "shadow maps", [1; 2])? });
+        }
+        let Sheets { maps, depth } = match kept.take() {
+            Some(sheets) => sheets,
+            None => Sheets::new(gpu)?,
         };
-        let image = Image::new(gpu, "shadow maps", [IMAGE_SIDE; 2])?;
-        let depth = Image::<D32f>::new(gpu, "depth of shadow maps", [IMAGE_SIDE; 2])?;
         let mut rec = Recorder::new(gpu);
-        let nothing = Targets { color: &[&image], depth: Some(&depth), load: Load::Clear([-1e30; 4]) };
+        let nothing = Targets { color: &[&maps], depth: Some(&depth), load: Load::Clear([-1e30; 4]) };
         rec.render(&nothing, |_| {});
         rec.submit()?.wait()?;
-        for (index, map) in maps.iter().enumerate() {
-            for batch in batch::batches(&scene.population, shapes, &map.seen) {
-                let instances = shapes::upload(gpu, "instances", &batch.instances)?;
-                let mut rec = Recorder::new(gpu);
-                let targets = Targets { color: &[&image], depth: Some(&depth), load: Load::Keep };
-                rec.render(&targets, |draws| {
-                    for (pool, draw) in &batch.draws {
-                        let pool = &shapes.pools[*pool];
-                        let bindings = cast::Bindings {
-                            frame: &prepared.frame,
-                            instances: &instances,
-                            vertices: &pool.vertices,
-                            casts: &casts,
-                        };
-                        let push = cast::Push { map: index as i32 };
-                        draws.draw_indexed(&self.0, &pool.indices, draw, push, bindings);
-                    }
-                });
-                rec.submit()?.wait()?;
+        *kept = Some(Sheets { maps: maps.clone(), depth });
+        Ok(Casts { casts, maps })
+    }
+
+    /// Draws some of those whose shadows fall into a map.
+    pub fn draw(
+        &self,
+        gpu: &Gpu,
+        prepared: &Prepared,
+        casts: &Casts,
+        sheets: &Sheets,
+        (map, batch): (usize, &Batch),
+    ) -> gpu::Result<()> {
+        let instances = shapes::upload(gpu, "instances", &batch.instances)?;
+        let mut rec = Recorder::new(gpu);
+        let targets = Targets { color: &[&sheets.maps], depth: Some(&sheets.depth), load: Load::Keep };
+        rec.render(&targets, |draws| {
+            for (shape, draw) in &batch.draws {
+                let bindings = cast::Bindings {
+                    frame: &prepared.frame,
+                    instances: &instances,
+                    vertices: &shape.vertices,
+                    casts: &casts.casts,
+                };
+                draws.draw_indexed(&self.0, &shape.indices, draw, cast::Push { map: map as i32 }, bindings);
             }
-        }
-        Ok(Casts { casts, maps: image })
+        });
+        rec.submit()?.wait()?;
+        Ok(())
     }
 }
 
-/// The maps of a picture that shows `shown`, and whose shadows are in them. None without a sun.
-pub fn maps(
-    population: &Population,
-    bounds: &[Sphere],
-    scene: &Scene,
-    camera: &Pinhole,
-    shown: &[Seen],
-) -> Vec<Map> {
-    let Some(sun) = scene.light.sun.map(|sun| sun.direction).filter(|sun| sun.y > 0.0) else {
-        return Vec::new();
-    };
-    if population.instances.is_empty() {
+impl Sheets {
+    fn new(gpu: &Gpu) -> gpu::Result<Sheets> {
+        Ok(Sheets {
+            maps: Image::new(gpu, "shadow maps", [IMAGE_SIDE; 2])?,
+            depth: Image::new(gpu, "depth of shadow maps", [IMAGE_SIDE; 2])?,
+        })
+    }
+}
+
+/// The parts of the view that have maps of their own, in a picture that shows `shown`. None without a sun.
+pub fn slices(population: &Population, scene: &Scene, camera: &Pinhole, shown: &[Seen]) -> Vec<Slice> {
+    let has_sun = scene.light.sun.is_some_and(|sun| sun.direction.y > 0.0);
+    if !has_sun || population.instances.is_empty() {
         return Vec::new();
     }
     // Who stands behind the eye may cast a shadow before it.
@@ -127,8 +143,7 @@ pub fn maps(
     (0..MAPS)
         .map(|index| {
             let from = if index == 0 { 0.0 } else { depth(index) };
-            let slice = slice(camera, from, depth(index + 1));
-            map(population, bounds, camera.eye, sun, slice, depth(index + 1))
+            Slice { bounds: slice(camera, from, depth(index + 1)), depth: depth(index + 1) }
         })
         .collect()
 }
@@ -143,7 +158,15 @@ fn slice(camera: &Pinhole, from: f32, to: f32) -> Sphere {
     Sphere { centre: camera.eye + middle * camera.forward, radius: corner(from).max(corner(to)) }
 }
 
-fn map(population: &Population, bounds: &[Sphere], eye: Vec3, sun: Vec3, slice: Sphere, depth: f32) -> Map {
+/// The map of a part of the view, and whose shadows are in it. None without a sun.
+pub fn map(
+    population: &Population,
+    bounds: &[Sphere],
+    scene: &Scene,
+    eye: Vec3,
+    &Slice { bounds: slice, depth }: &Slice,
+) -> Option<Map> {
+    let sun = scene.light.sun?.direction;
     let toward = sun.as_dvec3();
     let right = DVec3::Y.cross(toward).try_normalize().unwrap_or(DVec3::X);
     let up = toward.cross(right);
@@ -171,5 +194,5 @@ fn map(population: &Population, bounds: &[Sphere], eye: Vec3, sun: Vec3, slice: 
         reach: REACH,
         depth,
     };
-    Map { cast, seen }
+    Some(Map { cast, seen })
 }

@@ -1,10 +1,10 @@
 //! What stands on the ground: instances of models, in levels of detail.
 //!
 //! [`shapes`] keeps every model's triangles on the device, once; [`view`] chooses who is seen, and in which level;
-//! [`batch`] makes draws of them, cut so that no submission is long. What they take from the light: [`occlusion`] within a
+//! [`batch`] makes draws of them, cut so that no submission is long. All of it is done step by step ([`Passes::come`]). What they take from the light: [`occlusion`] within a
 //! plant, [`canopy`] under crowns, [`cast`] where the sun is hidden.
 
-mod batch;
+pub(super) mod batch;
 pub(super) mod canopy;
 pub(super) mod cast;
 mod occlusion;
@@ -12,17 +12,31 @@ pub(super) mod shapes;
 mod view;
 
 use super::patches::Prepared;
+use crate::core::pace::{Pace, SLICE};
 use crate::gpu::{
     self, Blend, Buffer, Cull, Depth, Gpu, Image, Load, Raster, RasterState, Recorder, Targets, Topology,
     format::{D32f, Format, R32f, Rgba32f, Rgba32ui},
 };
-use crate::scene::{Population, Scene};
+use crate::scene::{Instance, Model, Population, Scene};
 use crate::shaders::{self, raster::plant};
 
+use batch::Cut;
+use canopy::Canopy;
 use cast::Casts;
 use shapes::Shapes;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use view::{Frustum, Resolution, Seen};
+
+/// Of a submission that no window waits for: a device that draws in software does some millions a second.
+const MOST_TRIANGLES: u32 = 1 << 20;
+
+/// Of any: drawing takes some time by itself.
+const LEAST_TRIANGLES: u32 = 1 << 14;
+
+fn most(pace: Pace) -> u32 {
+    pace.fits(SLICE).max(LEAST_TRIANGLES)
+}
 
 pub(super) struct Passes {
     plant: Raster<plant::Shader>,
@@ -34,7 +48,7 @@ pub(super) struct Crowd {
     /// `None` if nobody is seen.
     shapes: Option<Arc<Shapes>>,
     /// Whoever is in the picture.
-    seen: Vec<Seen>,
+    pub seen: Vec<Seen>,
     pub casts: Casts,
     /// Of leaves over the ground: see [`canopy::canopy`].
     pub canopy: Image<Rgba32f>,
@@ -54,83 +68,184 @@ impl Passes {
 
     /// Chooses who is seen, uploads their models and draws their shadows.
     pub fn prepare(&self, gpu: &Gpu, scene: &Scene, prepared: &Prepared) -> gpu::Result<Crowd> {
-        self.look(gpu, scene, prepared, &mut Kept::default(), Care::Full)
+        let mut coming = Coming::new(Care::Full);
+        let (kept, pace) = (&mut Kept::default(), &mut Pace::of(MOST_TRIANGLES));
+        loop {
+            if let Some(crowd) = self.come(gpu, (scene, prepared), kept, &mut coming, pace)? {
+                return Ok(crowd);
+            }
+        }
     }
 
-    /// The same, where `kept` has what earlier pictures of this population needed; this one adds to it.
-    pub fn look(
+    /// Does a little of that, for `coming` plants; returns those who came once all are there. `kept` has what earlier pictures of this
+    /// population needed; this one adds to it.
+    pub fn come(
         &self,
         gpu: &Gpu,
-        scene: &Scene,
-        prepared: &Prepared,
+        (scene, prepared): (&Scene, &Prepared),
         kept: &mut Kept,
-        care: Care,
-    ) -> gpu::Result<Crowd> {
+        coming: &mut Coming,
+        pace: &mut Pace,
+    ) -> gpu::Result<Option<Crowd>> {
         let population = &scene.population;
         let camera = &prepared.camera;
-        let frustum = Frustum::of(camera, [-1.0, 1.0], [-1.0, 1.0]);
-        let sample_angle = care.coarser() * prepared.sample_angle;
-        let resolution = Resolution::Perspective { eye: camera.eye, sample_angle };
         let bounds = kept.bounds.get_or_insert_with(|| view::bounds(population));
-        let seen = view::seen(population, bounds, |sphere| frustum.meets(sphere), resolution);
-        let maps = match care {
-            Care::Full => cast::maps(population, bounds, scene, camera, &seen),
-            Care::Swift => Vec::new(),
-        };
-        let everybody = maps.iter().map(|map| &map.seen).chain([&seen]).flatten();
-        let shapes = kept.shapes(gpu, population, everybody)?;
-        let casts = match &kept.no_casts {
-            Some(none) if maps.is_empty() => none.clone(),
-            _ => self.cast.draw(gpu, scene, prepared, shapes.as_deref(), &maps)?,
-        };
-        if maps.is_empty() {
-            kept.no_casts = Some(casts.clone());
+        match &mut coming.stage {
+            Stage::Seen => {
+                let frustum = Frustum::of(camera, [-1.0, 1.0], [-1.0, 1.0]);
+                let sample_angle = coming.care.coarser() * prepared.sample_angle;
+                let resolution = Resolution::Perspective { eye: camera.eye, sample_angle };
+                coming.seen = view::seen(population, bounds, |sphere| frustum.meets(sphere), resolution);
+                coming.slices = match coming.care {
+                    Care::Full => cast::slices(population, scene, camera, &coming.seen),
+                    Care::Swift => Vec::new(),
+                };
+                coming.stage = Stage::Maps;
+            }
+            Stage::Maps => match coming.slices.get(coming.maps.len()) {
+                Some(slice) => coming.maps.extend(cast::map(population, bounds, scene, camera.eye, slice)),
+                None => coming.stage = Stage::Shapes(kept.missing(population, coming.everybody())),
+            },
+            Stage::Shapes(missing) => match missing.pop() {
+                Some(level) => kept.add(gpu, population, level)?,
+                None => {
+                    let casts = match &kept.no_casts {
+                        Some(none) if coming.maps.is_empty() => none.clone(),
+                        _ => self.cast.begin(gpu, &coming.maps, &mut kept.sheets)?,
+                    };
+                    if coming.maps.is_empty() {
+                        kept.no_casts = Some(casts.clone());
+                    }
+                    coming.stage = Stage::Casts { casts, map: 0, cut: Cut::default() };
+                }
+            },
+            Stage::Casts { casts, map, cut } => {
+                let (Some(seen), Some(shapes), Some(sheets)) =
+                    (coming.maps.get(*map).map(|map| &map.seen), &kept.shapes, &kept.sheets)
+                else {
+                    coming.stage = Stage::Canopy { casts: casts.clone(), canopy: None };
+                    return Ok(None);
+                };
+                match batch::next(population, shapes, seen, cut, most(*pace)) {
+                    Some(batch) => pace.time(batch.triangles, || {
+                        self.cast.draw(gpu, prepared, casts, sheets, (*map, &batch))
+                    })?,
+                    None => (*map, *cut) = (*map + 1, Cut::default()),
+                }
+            }
+            Stage::Canopy { casts, canopy } => {
+                if kept.canopy.is_none() {
+                    let canopy = canopy.get_or_insert_with(|| Canopy::begin(population, scene.ground.grid));
+                    if canopy.step(population, SLICE) {
+                        return Ok(None);
+                    }
+                    kept.canopy = Some(canopy.image(gpu)?);
+                }
+                let Some(canopy) = &kept.canopy else { return Ok(None) };
+                return Ok(Some(Crowd {
+                    shapes: kept.shapes.clone(),
+                    seen: std::mem::take(&mut coming.seen),
+                    casts: casts.clone(),
+                    canopy: canopy.clone(),
+                }));
+            }
         }
-        let canopy = match &kept.canopy {
-            Some(canopy) => canopy.clone(),
-            None => kept.canopy.insert(canopy::canopy(gpu, population, scene.ground.grid)?).clone(),
-        };
-        Ok(Crowd { shapes, seen, casts, canopy })
+        Ok(None)
     }
 
-    /// Draws whoever is in the tile over the ground's range: theirs is negative. The image `plant` says what is seen of
-    /// them. `clip` is the tile's scale and offset.
+    /// Draws some more of whoever is in the tile over the ground's range, from `cut` on: theirs is negative. The image `plant` says what
+    /// is seen of them. `clip` is the tile's scale and offset. False once all are there.
     pub fn draw(
         &self,
         gpu: &Gpu,
-        crowd: &Crowd,
+        (crowd, seen, cut): (&Crowd, &[Seen], &mut Cut),
         (scene, prepared): (&Scene, &Prepared),
         [scale, offset]: [[f32; 2]; 2],
         (range, plant, depth): (&Image<R32f>, &Image<Rgba32ui>, &Image<D32f>),
-    ) -> gpu::Result<()> {
-        let Some(shapes) = &crowd.shapes else { return Ok(()) };
-        // Clip coordinates of the tile are those of the whole picture times `scale` plus `offset`.
-        let [across, upward] = [0, 1].map(|axis| [-1.0, 1.0].map(|side| (side - offset[axis]) / scale[axis]));
-        let frustum = Frustum::of(&prepared.camera, across, upward);
-        let seen: Vec<Seen> = crowd.seen.iter().filter(|seen| frustum.meets(seen.bounds)).copied().collect();
-        for batch in batch::batches(&scene.population, shapes, &seen) {
+        pace: &mut Pace,
+    ) -> gpu::Result<bool> {
+        let Some(shapes) = &crowd.shapes else { return Ok(false) };
+        let Some(batch) = batch::next(&scene.population, shapes, seen, cut, most(*pace)) else {
+            return Ok(false);
+        };
+        pace.time(batch.triangles, || {
             let instances = shapes::upload(gpu, "instances", &batch.instances)?;
             let mut rec = Recorder::new(gpu);
             let targets = Targets { color: &[range, plant], depth: Some(depth), load: Load::Keep };
             rec.render(&targets, |draws| {
-                for (pool, draw) in &batch.draws {
-                    let pool = &shapes.pools[*pool];
+                for (shape, draw) in &batch.draws {
                     draws.draw_indexed(
                         &self.plant,
-                        &pool.indices,
+                        &shape.indices,
                         draw,
                         plant::Push { scale, offset },
                         plant::Bindings {
                             frame: &prepared.frame,
                             instances: &instances,
-                            vertices: &pool.vertices,
+                            vertices: &shape.vertices,
                         },
                     );
                 }
             });
             rec.submit()?.wait()?;
-        }
+            Ok(true)
+        })
+    }
+
+    /// Draws all of them who are in a tile.
+    pub fn draw_tile(
+        &self,
+        gpu: &Gpu,
+        crowd: &Crowd,
+        seen: (&Scene, &Prepared),
+        [scale, offset]: [[f32; 2]; 2],
+        targets: (&Image<R32f>, &Image<Rgba32ui>, &Image<D32f>),
+    ) -> gpu::Result<()> {
+        // Clip coordinates of the tile are those of the whole picture times `scale` plus `offset`.
+        let [across, upward] = [0, 1].map(|axis| [-1.0, 1.0].map(|side| (side - offset[axis]) / scale[axis]));
+        let frustum = Frustum::of(&seen.1.camera, across, upward);
+        let within: Vec<Seen> =
+            crowd.seen.iter().filter(|seen| frustum.meets(seen.bounds)).copied().collect();
+        let (mut cut, mut pace) = (Cut::default(), Pace::of(MOST_TRIANGLES));
+        while self.draw(gpu, (crowd, &within, &mut cut), seen, [scale, offset], targets, &mut pace)? {}
         Ok(())
+    }
+}
+
+/// Plants on their way into a picture: see [`Passes::come`].
+pub(super) struct Coming {
+    care: Care,
+    seen: Vec<Seen>,
+    slices: Vec<cast::Slice>,
+    maps: Vec<cast::Map>,
+    stage: Stage,
+}
+
+/// What is to be done next.
+enum Stage {
+    Seen,
+    Maps,
+    /// Levels of models that are to be brought to the device.
+    Shapes(Vec<[u32; 2]>),
+    Casts {
+        casts: Casts,
+        map: usize,
+        cut: Cut,
+    },
+    Canopy {
+        casts: Casts,
+        canopy: Option<Canopy>,
+    },
+}
+
+impl Coming {
+    pub fn new(care: Care) -> Coming {
+        Coming { care, seen: Vec::new(), slices: Vec::new(), maps: Vec::new(), stage: Stage::Seen }
+    }
+
+    /// Who is in the picture, and whose shadows are.
+    fn everybody(&self) -> impl Iterator<Item = &Seen> {
+        self.maps.iter().map(|map| &map.seen).chain([&self.seen]).flatten()
     }
 }
 
@@ -157,40 +272,55 @@ impl Care {
 pub(super) struct Kept {
     bounds: Option<Vec<view::Sphere>>,
     shapes: Option<Arc<Shapes>>,
-    /// Levels that `shapes` has, by model.
-    shown: Vec<Vec<bool>>,
     no_casts: Option<Casts>,
+    sheets: Option<cast::Sheets>,
     canopy: Option<Image<Rgba32f>>,
 }
 
 impl Kept {
-    /// The models of those who are seen; `None` if nobody is and nobody was. Levels that are new to it are uploaded with all that were
-    /// there before.
-    fn shapes<'a>(
-        &mut self,
-        gpu: &Gpu,
-        population: &Population,
-        seen: impl Iterator<Item = &'a Seen>,
-    ) -> gpu::Result<Option<Arc<Shapes>>> {
-        if self.shown.is_empty() {
-            self.shown = shown(population);
-        }
-        let mut grown = false;
-        for seen in seen {
-            if let Some(level) = self.shown[seen.model as usize].get_mut(seen.level as usize) {
-                grown |= !*level;
-                *level = true;
-            }
-        }
-        if grown {
-            self.shapes = None;
-            self.shapes = Some(Arc::new(Shapes::new(gpu, population, &self.shown)?));
-        }
-        Ok(self.shapes.clone())
+    /// Levels of those who are seen that are not on the device yet.
+    fn missing<'a>(&self, population: &Population, seen: impl Iterator<Item = &'a Seen>) -> Vec<[u32; 2]> {
+        // They come sorted.
+        let mut last = None;
+        let levels = seen.map(|seen| [seen.model, seen.level]);
+        let levels: BTreeSet<_> = levels.filter(|level| last.replace(*level) != Some(*level)).collect();
+        let is_missing = |level: &[u32; 2]| match &self.shapes {
+            Some(shapes) => !shapes.has(population, *level),
+            None => true,
+        };
+        levels.into_iter().filter(is_missing).collect()
+    }
+
+    /// Brings a level to the device.
+    fn add(&mut self, gpu: &Gpu, population: &Population, level: [u32; 2]) -> gpu::Result<()> {
+        let shapes = match self.shapes.take() {
+            Some(shapes) => shapes,
+            None => Arc::new(Shapes::new(gpu, population)?),
+        };
+        // A picture that is given up may still have them.
+        let shapes = self.shapes.insert(shapes);
+        if shapes.has(population, level) { Ok(()) } else { Arc::make_mut(shapes).add(gpu, population, level) }
     }
 }
 
 impl Kept {
+    /// Others stand there now: what is of models that they have, too, stays, and so does the canopy if all that may shade the ground does.
+    pub fn replant(&mut self, before: &Population, now: &Population) {
+        let is_same = |(one, other): (&Arc<Model>, &Arc<Model>)| Arc::ptr_eq(one, other);
+        let same_number = before.models.len() == now.models.len();
+        if !(same_number && before.models.iter().zip(&now.models).all(is_same)) {
+            *self = Kept::default();
+        }
+        let Some(bounds) = &self.bounds else { return };
+        let is_high = |instance: &&Instance| {
+            let sphere = bounds.get(instance.model as usize).copied().unwrap_or_default();
+            instance.scale * (sphere.centre.y + sphere.radius) >= canopy::LOWEST
+        };
+        if !before.instances.iter().filter(is_high).eq(now.instances.iter().filter(is_high)) {
+            self.canopy = None;
+        }
+    }
+
     /// The level in which an instance is drawn in a full picture.
     pub fn level_of(&self, population: &Population, instance: usize, prepared: &Prepared) -> Option<u32> {
         let Prepared { camera, sample_angle, .. } = prepared;
@@ -202,11 +332,6 @@ impl Kept {
 impl Crowd {
     /// `None` if nobody is seen.
     pub fn materials(&self) -> Option<&Buffer<shaders::Material>> {
-        self.shapes.as_ref().map(|shapes| &shapes.materials)
+        self.shapes.as_ref().map(|shapes| &*shapes.materials)
     }
-}
-
-/// For every level of every model whether it is shown: none yet.
-fn shown(population: &Population) -> Vec<Vec<bool>> {
-    population.models.iter().map(|model| vec![false; model.levels.len()]).collect()
 }

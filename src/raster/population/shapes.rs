@@ -1,4 +1,4 @@
-//! Triangles of models on the device: each once, in a few large buffers.
+//! Triangles of models on the device: each once.
 
 use super::occlusion::Occlusion;
 use crate::core::mesh::Mesh;
@@ -8,76 +8,109 @@ use crate::scene::{Level, Material, Model, Part, Population};
 use crate::shaders::{self, Vertex};
 use glam::Vec3;
 use rayon::prelude::*;
-use std::ops::Range;
+use std::sync::Arc;
 
-/// The levels of all models that a picture shows.
+/// Levels of models that pictures show.
+#[derive(Clone)]
 pub struct Shapes {
-    pub pools: Vec<Pool>,
-    pub materials: Buffer<shaders::Material>,
-    /// By model and level; `None` where the level is not shown.
-    places: Vec<Vec<Option<Place>>>,
+    pub materials: Arc<Buffer<shaders::Material>>,
+    /// Where those of each model begin.
+    first_materials: Vec<u32>,
+    /// By model, once a level of it is there.
+    occlusions: Vec<Option<Arc<Occlusion>>>,
+    /// By model and level; `None` until it is added.
+    shapes: Vec<Vec<Option<Arc<Shape>>>>,
 }
 
-/// Triangles of several levels.
-pub struct Pool {
+/// Triangles of a level.
+pub struct Shape {
     pub vertices: Buffer<Vertex>,
     pub indices: Buffer<u32>,
 }
 
-/// Where a level lies.
-#[derive(Clone, Debug)]
-pub struct Place {
-    /// Index into [`Shapes::pools`].
-    pub pool: usize,
-    pub first_vertex: u32,
-    pub indices: Range<u32>,
-}
-
-/// A binding may be limited to 128 MiB: a pool that has this much is full, and only a level that is larger alone can
-/// pass the limit.
-const POOL_BYTES: usize = 32 << 20;
-
 impl Shapes {
-    /// Uploads the levels that `shown` (by model and level) names.
+    /// Of a population, none of whose levels is there yet.
     ///
     /// # Errors
-    /// No memory, or a level beyond what a binding holds.
-    pub fn new(gpu: &Gpu, population: &Population, shown: &[Vec<bool>]) -> gpu::Result<Shapes> {
-        let mut pools = Vec::new();
-        let mut filling = Filling::default();
-        let mut places = Vec::new();
-        let mut first_material = 0;
-        for (model, shown) in population.models.iter().zip(shown) {
-            let mut levels = Vec::new();
-            let occlusion = shown.contains(&true).then(|| Occlusion::of(model));
-            for (level, shown) in model.levels.iter().zip(shown) {
-                if filling.bytes() > POOL_BYTES {
-                    pools.push(std::mem::take(&mut filling).upload(gpu)?);
-                }
-                let add = |occlusion| filling.add(level, first_material, occlusion, pools.len());
-                levels.push(occlusion.as_ref().filter(|_| *shown).map(add));
-            }
-            places.push(levels);
-            first_material += model.materials.len() as u32;
-        }
-        if filling.bytes() > 0 {
-            pools.push(filling.upload(gpu)?);
-        }
-        let mut materials: Vec<_> = population
-            .models
-            .iter()
-            .flat_map(|model| &model.materials)
-            .map(shaders::Material::from)
-            .collect();
+    /// No memory.
+    pub fn new(gpu: &Gpu, population: &Population) -> gpu::Result<Shapes> {
+        let models = &population.models;
+        let mut count = 0;
+        let first = |model: &Arc<Model>| {
+            let first = count;
+            count += model.materials.len() as u32;
+            first
+        };
+        let first_materials = models.iter().map(first).collect();
+        let mut materials: Vec<_> =
+            models.iter().flat_map(|model| &model.materials).map(shaders::Material::from).collect();
         if materials.is_empty() {
             // Nothing has one, but a buffer holds something.
             materials.push((&Material::default()).into());
         }
-        Ok(Shapes { pools, places, materials: upload(gpu, "materials", &materials)? })
+        Ok(Shapes {
+            materials: Arc::new(upload(gpu, "materials", &materials)?),
+            first_materials,
+            occlusions: vec![None; models.len()],
+            shapes: models.iter().map(|model| vec![None; model.levels.len()]).collect(),
+        })
     }
 
-    pub fn place(&self, model: u32, level: u32) -> Option<&Place> {
-        self.places.get(model as usize)?.get(level as usize)?.as_ref()
+    /// Whether a level is there, or has nothing to show.
+    pub fn has(&self, population: &Population, [model, level]: [u32; 2]) -> bool {
+        let levels = population.models.get(model as usize).map(|model| &model.levels);
+        let is_empty =
+            levels.and_then(|levels| levels.get(level as usize)).is_none_or(|it| it.triangles() == 0);
+        is_empty || self.get(model, level).is_some()
+    }
+
+    /// Brings a level to the device.
+    ///
+    /// # Errors
+    /// No memory, or a level beyond what a binding holds.
+    pub fn add(&mut self, gpu: &Gpu, population: &Population, [model, level]: [u32; 2]) -> gpu::Result<()> {
+        let index = model as usize;
+        let found =
+            population.models.get(index).and_then(|model| Some((model, model.levels.get(level as usize)?)));
+        let (Some((model, of)), Some(first), Some(occlusion)) =
+            (found, self.first_materials.get(index), self.occlusions.get_mut(index))
+        else {
+            return Ok(());
+        };
+        let occlusion = occlusion.get_or_insert_with(|| Arc::new(Occlusion::of(model)));
+        let shape = Shape::new(gpu, of, *first, occlusion)?;
+        if let Some(place) = self.shapes.get_mut(index).and_then(|levels| levels.get_mut(level as usize)) {
+            *place = Some(Arc::new(shape));
+        }
+        Ok(())
+    }
+
+    pub fn get(&self, model: u32, level: u32) -> Option<&Arc<Shape>> {
+        self.shapes.get(model as usize)?.get(level as usize)?.as_ref()
+    }
+}
+
+impl Shape {
+    fn new(gpu: &Gpu, level: &Level, first_material: u32, occlusion: &Occlusion) -> gpu::Result<Shape> {
+        let mut vertices = Vec::new();
+        let mut indices = Vec::new();
+        for part in &level.parts {
+            let mesh = &part.mesh;
+            let first = vertices.len() as u32;
+            let material = first_material + part.material as u32;
+            let corners = mesh.positions.par_iter().zip(&mesh.normals);
+            vertices.par_extend(corners.map(|(&position, &normal)| Vertex {
+                position,
+                normal: packed_direction(normal.into()),
+                openness: packed_shares(occlusion.at(position.into())),
+                material,
+            }));
+            indices.extend(mesh.triangles.as_flattened().iter().map(|index| first + index));
+        }
+        Ok(Shape {
+            vertices: upload(gpu, "vertices", &vertices)?,
+            indices: upload(gpu, "indices", &indices)?,
+        })
     }
 }
 
@@ -113,44 +146,6 @@ pub fn upload<T: bytemuck::Pod>(gpu: &Gpu, name: &str, values: &[T]) -> gpu::Res
     rec.upload(&buffer, values);
     rec.submit()?.wait()?;
     Ok(buffer)
-}
-
-/// A pool before it is uploaded.
-#[derive(Default)]
-struct Filling {
-    vertices: Vec<Vertex>,
-    indices: Vec<u32>,
-}
-
-impl Filling {
-    fn bytes(&self) -> usize {
-        self.vertices.len() * size_of::<Vertex>() + self.indices.len() * 4
-    }
-
-    fn add(&mut self, level: &Level, first_material: u32, occlusion: &Occlusion, pool: usize) -> Place {
-        let (first_vertex, first_index) = (self.vertices.len() as u32, self.indices.len() as u32);
-        for part in &level.parts {
-            let mesh = &part.mesh;
-            let first = self.vertices.len() as u32 - first_vertex;
-            let material = first_material + part.material as u32;
-            let corners = mesh.positions.par_iter().zip(&mesh.normals);
-            self.vertices.par_extend(corners.map(|(&position, &normal)| Vertex {
-                position,
-                normal: packed_direction(normal.into()),
-                openness: packed_shares(occlusion.at(position.into())),
-                material,
-            }));
-            self.indices.extend(mesh.triangles.as_flattened().iter().map(|index| first + index));
-        }
-        Place { pool, first_vertex, indices: first_index..self.indices.len() as u32 }
-    }
-
-    fn upload(self, gpu: &Gpu) -> gpu::Result<Pool> {
-        Ok(Pool {
-            vertices: upload(gpu, "vertices", &self.vertices)?,
-            indices: upload(gpu, "indices", &self.indices)?,
-        })
-    }
 }
 
 /// The twin of `packUnorm2x16`.

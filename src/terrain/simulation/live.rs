@@ -299,9 +299,15 @@ impl Simulation {
             BrushKind::Rain => (1, strength),
             BrushKind::Mask => (2, strength.clamp(0.0, 1.0)),
         };
-        let push =
-            brush::Push { first, middle, radius: reach, strength, sea_level: self.plan.acting_sea_level() };
         let coral = self.coral_grows();
+        let push = brush::Push {
+            first,
+            middle,
+            radius: reach,
+            strength,
+            sea_level: self.plan.acting_sea_level(),
+            coral: u32::from(coral),
+        };
         let program = self.brushes.program(&self.gpu, number)?;
         let fields = &self.fields;
         let bindings = brush::Bindings {

@@ -1,11 +1,13 @@
 //! Land on the stage: it is simulated, looked at, planted and traced.
 
-use super::plants::{Planted, Planting, Plants, Selected};
-use super::trace::{Ended, Trace};
+use super::plants::{Gardener, Planted, Plants, Selected};
+use super::trace::{Ended, REST, Trace};
 use super::{Command, Frame, Means, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
+use crate::app::population::{self, Sight};
 use crate::app::viewer::camera::Rig;
-use crate::app::{Error, interrupt, keep::Keeper, land, population};
+use crate::app::{Error, interrupt, keep::Keeper, land};
 use crate::core::camera::Pinhole;
+use crate::core::pace::SLICE;
 use crate::formats;
 use crate::gpu::{
     Gpu, Image, Recorder,
@@ -95,11 +97,11 @@ pub struct Legend {
     pub scale: Scale,
 }
 
-/// Work between two looks at the inbox.
-const SLICE: Duration = Duration::from_millis(12);
-
 /// Between two pictures while land changes.
 const CHANGING: Duration = Duration::from_millis(60);
+
+/// Between two glances of the host at land that changes: the eye is kept above it, and clicks meet it.
+const GLANCES: Duration = Duration::from_millis(500);
 
 /// What a picture of what moves should take: it has as many texels as that allows.
 const SWIFT: Duration = Duration::from_millis(70);
@@ -142,8 +144,10 @@ pub struct Land {
     world: Arc<World>,
     simulation: Simulation,
     live: Live,
-    /// The land as it was when it was last looked at.
+    /// The land as it was when the host last glanced at it, and whether it has changed since.
     ground: Ground,
+    outdated: bool,
+    glanced: Instant,
     rig: Rig,
     playing: bool,
     /// Iterations between two pictures; 0 is as many as there is time for.
@@ -152,7 +156,14 @@ pub struct Land {
     strokes: Vec<Snapshot>,
     /// None until the land is finished and they have grown.
     plants: Option<Plants>,
-    planting: Option<Planting>,
+    /// None where nothing grows, or nothing that asks where the eye is.
+    gardener: Option<Gardener>,
+    /// Round what ground cover has been planted.
+    covered: Option<Sight>,
+    /// What stands in a traced picture, and in which.
+    pictured: Option<(Sight, Population)>,
+    /// When the eye was last moved.
+    moved: Instant,
     selected: Option<Arc<Selected>>,
     /// The land has changed since it was looked at.
     changed: bool,
@@ -186,20 +197,26 @@ impl Land {
         while !simulation.progress().finished && simulation.progress().stage == Stage::Base {
             simulation.step(SLICE)?;
         }
-        let ground = ground(studio, &simulation)?;
-        let scene = land::scene(world, simulation.land()?, NO_CAMERA, Population::default());
+        let shown = simulation.land()?;
+        let ground = ground(studio, &shown)?;
+        let scene = land::scene(world, shown, NO_CAMERA, Population::default());
         let renderer = studio.renderer()?;
         let mut land = Land {
             world: world.clone(),
             live: Live::new(&studio.gpu, renderer, scene)?,
             ground,
+            outdated: false,
+            glanced: Instant::now(),
             simulation,
             rig: Rig::default(),
             playing: true,
             per_picture: 0,
             strokes: Vec::new(),
             plants: None,
-            planting: None,
+            gardener: None,
+            covered: None,
+            pictured: None,
+            moved: Instant::now(),
             selected: None,
             changed: false,
             drawn: Drawn::Not,
@@ -229,6 +246,15 @@ impl Land {
     /// What is seen in a picture of this size.
     pub fn camera(&self, film: &Film) -> Pinhole {
         self.rig.pinhole(self.world.fov, film.width as f32 / film.height as f32)
+    }
+
+    /// The same as a command line has it, to a centimetre: what is traced is the picture that it makes. A roll stays.
+    pub fn written_camera(&self, film: &Film) -> Pinhole {
+        if self.rig.roll != 0.0 {
+            return self.camera(film);
+        }
+        let [position, target] = self.rig.written();
+        Pinhole::look_at(position, target, self.world.fov, film.width as f32 / film.height as f32)
     }
 
     pub fn film(&self, [width, height]: [u32; 2]) -> Film {
@@ -302,7 +328,8 @@ impl Land {
 
     /// Nothing stands on the ground, until it has been planted again.
     fn uproot(&mut self) {
-        (self.plants, self.planting, self.selected) = (None, None, None);
+        (self.plants, self.gardener, self.selected) = (None, None, None);
+        (self.covered, self.pictured) = (None, None);
         self.trace.forget();
     }
 
@@ -318,12 +345,11 @@ impl Land {
                 self.move_rig(|rig, ground| rig.approach(point, share, ground));
             }
             Command::FrameAll => {
-                self.rig = self.framing(studio);
-                self.look_again();
+                let framing = self.framing(studio);
+                self.move_rig(|rig, _| *rig = framing);
             }
             Command::GoTo(Pose::Land(rig)) => {
-                self.rig = rig;
-                self.look_again();
+                self.move_rig(|own, _| *own = rig);
             }
             Command::Play(playing) => self.playing = playing,
             Command::Step => {
@@ -478,6 +504,7 @@ impl Land {
         let ground = &self.ground;
         let sea = self.simulation.sea_level();
         by(&mut self.rig, &|at| floor(ground, sea, at));
+        self.moved = Instant::now();
         self.look_again();
     }
 
@@ -526,14 +553,22 @@ impl Land {
         if runs && !waits {
             self.simulate(studio, self.per_picture)?;
         }
-        if self.simulation.progress().finished && self.plants.is_none() && !self.changed {
-            self.plant(studio, speaker)?;
+        if self.outdated && (!runs || self.glanced.elapsed() >= GLANCES) {
+            let begun = Instant::now();
+            self.ground = ground(studio, &self.live.scene().ground)?;
+            (self.outdated, self.glanced) = (false, Instant::now());
+            studio.took("heights", begun);
+            return Ok(Slice::Worked);
         }
         let moves = runs || steered;
+        if self.simulation.progress().finished && !self.changed {
+            self.plant(studio, speaker, moves)?;
+        }
         if self.look(studio, speaker, moves)? || moves {
             return Ok(Slice::Worked);
         }
-        if self.planting.is_some() {
+        let is_busy = |gardener: &Gardener| gardener.is_busy() || self.bare(studio).is_some();
+        if self.gardener.as_ref().is_some_and(is_busy) {
             return Ok(wait(inbox));
         }
         if self.tracing {
@@ -563,7 +598,7 @@ impl Land {
     fn look(&mut self, studio: &mut Studio, speaker: &Speaker, moves: bool) -> Result<bool, Error> {
         let stale = self.changed || self.drawn == Drawn::Not;
         // What is seen will be traced at once, and needs no better picture before.
-        let traces = self.tracing && self.planting.is_none() && !moves;
+        let traces = self.tracing && (self.gardener.is_none() || self.plants.is_some()) && !moves;
         // What moves is not drawn well; but what is drawn for it is, to the end, or nothing would ever be seen.
         if (stale || traces) && self.drawing.as_ref().is_some_and(|drawing| drawing.comes_to > Drawn::Swift) {
             self.drawing = None;
@@ -592,12 +627,11 @@ impl Land {
         if stale && (!moves || self.begun.elapsed() >= CHANGING || !self.changed) {
             if std::mem::take(&mut self.changed) {
                 self.trace.forget();
-                self.ground = ground(studio, &self.simulation)?;
                 let mut ground = self.live.scene().ground.clone();
                 self.simulation.update(&mut ground)?;
                 self.live.set_ground(ground)?;
                 self.shown = None;
-                self.trace.forget();
+                self.outdated = true;
             }
             self.begin(studio, Drawn::Swift)?;
             return Ok(true);
@@ -675,7 +709,9 @@ impl Land {
     }
 
     fn trace(&mut self, means: Means<'_>) -> Result<Slice, Error> {
-        let scene = Scene { camera: NO_CAMERA, ..self.live.scene().clone() };
+        let live = self.live.scene();
+        let population = self.pictured.as_ref().map_or(&live.population, |(_, population)| population);
+        let scene = Scene { camera: NO_CAMERA, population: population.clone(), ..live.clone() };
         let mut trace = std::mem::take(&mut self.trace);
         let ended = trace.run(means, self, &scene);
         self.trace = trace;
@@ -688,27 +724,81 @@ impl Land {
         })
     }
 
-    /// Lets plants grow on the finished land, and takes them once they are there.
-    fn plant(&mut self, studio: &mut Studio, speaker: &Speaker) -> Result<(), Error> {
-        if self.world.plants.rules.is_empty() && self.world.plants.standing.is_empty() {
-            self.plants = Some(Plants::default());
+    /// Lets plants grow on the finished land, and takes them once they are there. Ground cover follows an eye that rests.
+    fn plant(&mut self, studio: &mut Studio, speaker: &Speaker, moves: bool) -> Result<(), Error> {
+        let has_none = self.world.plants.rules.is_empty() && self.world.plants.standing.is_empty();
+        if self.gardener.is_none() && (self.plants.is_some() || has_none) {
+            self.plants.get_or_insert_default();
             return Ok(());
         }
-        let Some(planting) = &mut self.planting else {
-            let film = self.film(studio.size);
-            let planting = Planting::begin(&studio.gpu, &self.world, &self.simulation, film);
-            self.planting = Some(self.or_bare(planting)?);
+        if self.gardener.is_none() {
+            let gardener = Gardener::begin(&studio.gpu, &self.world, &self.simulation);
+            self.gardener = Some(self.or_bare(gardener)?);
+        }
+        // What moves is drawn to the end.
+        if self.drawing.as_ref().is_none_or(|drawing| drawing.comes_to > Drawn::Swift) {
+            self.take_plants(studio, speaker)?;
+        }
+        let rests = !moves && self.moved.elapsed() >= REST;
+        let bare = self.bare(studio).filter(|_| rests || self.plants.is_none());
+        if let (Some(gardener), Some(sight)) = (&mut self.gardener, bare)
+            && !gardener.is_busy()
+        {
+            gardener.ask(sight);
+        }
+        Ok(())
+    }
+
+    /// What is seen without its ground cover.
+    fn bare(&self, studio: &Studio) -> Option<Sight> {
+        if self.plants.is_some() && !self.world.plants.has_cover() {
+            return None;
+        }
+        if self.tracing && self.plants.is_some() {
+            let picture = Sight::Picture(self.written_camera(&self.film(studio.size)));
+            let is_planted = self.pictured.as_ref().is_some_and(|(sight, _)| *sight == picture);
+            return Some(picture).filter(|_| !is_planted);
+        }
+        let [eye, _] = self.rig.written();
+        Some(Sight::Round(eye)).filter(|round| self.covered != Some(*round))
+    }
+
+    /// Takes what has been planted.
+    fn take_plants(&mut self, studio: &mut Studio, speaker: &Speaker) -> Result<(), Error> {
+        let Some((sight, begun, planted)) = self.gardener.as_mut().and_then(Gardener::ended) else {
             return Ok(());
         };
-        let Some(planted) = planting.ended() else { return Ok(()) };
-        studio.took("planting", planting.begun());
-        self.planting = None;
-        let Planted { plants, warnings } = self.or_bare(planted)?;
+        let is_first = self.plants.is_none();
+        studio.took(if is_first { "planting" } else { "ground cover" }, begun);
+        let Planted { plants, warnings } = match planted {
+            Ok(planted) => planted,
+            Err(error) if is_first => return self.or_bare(Err(error)),
+            Err(error) => {
+                // It would fail again.
+                (self.covered, self.tracing) = (Some(sight), false);
+                return Err(error);
+            }
+        };
         warnings.into_iter().for_each(|warning| speaker.say(News::Said(warning)));
+        if matches!(sight, Sight::Picture(_)) {
+            self.pictured = Some((sight, plants.population));
+            return Ok(());
+        }
+        self.covered = Some(sight);
+        if !self.world.plants.has_cover() {
+            self.gardener = None;
+        }
+        // Far from all ground there is none to be seen, before and after.
+        if !is_first && plants.population.instances == self.live.scene().population.instances {
+            return Ok(());
+        }
         self.live.set_population(plants.population.clone());
+        self.selected = self.selected.take().and_then(|selected| plants.find(&selected)).map(Arc::new);
         self.plants = Some(plants);
         self.drawing = None;
-        self.trace.forget();
+        if is_first {
+            self.trace.forget();
+        }
         self.look_again();
         Ok(())
     }
@@ -716,7 +806,7 @@ impl Land {
     /// Whatever fails is not tried again: the land stays bare.
     fn or_bare<T>(&mut self, result: Result<T, Error>) -> Result<T, Error> {
         if result.is_err() {
-            self.plants = Some(Plants::default());
+            (self.plants, self.gardener) = (Some(Plants::default()), None);
         }
         result
     }
@@ -753,7 +843,8 @@ impl Land {
 
     /// What is being done that takes long, if anything is.
     pub fn work(&self) -> Option<(String, u64, u64)> {
-        self.planting.as_ref().map(Planting::work)
+        let (stage, done, of) = self.gardener.as_ref()?.work()?;
+        Some((if self.plants.is_some() { "ground cover".into() } else { stage }, done, of))
     }
 
     /// Plants, and their triangles.
@@ -826,12 +917,12 @@ fn bounds(gpu: &Gpu, image: &Image<R32f>, scale: Scale) -> Result<[f32; 2], Erro
     Ok([low, if high > low { high } else { low + low.abs().max(1e-3) }])
 }
 
-/// The land as it is now, on the host.
-fn ground(studio: &Studio, simulation: &Simulation) -> Result<Ground, Error> {
+/// Heights of the land as it is shown, on the host.
+fn ground(studio: &Studio, land: &scene::Ground) -> Result<Ground, Error> {
     let mut rec = Recorder::new(&studio.gpu);
-    let heights = rec.download(&simulation.layer(Layer::Height)?);
+    let heights = rec.download(&land.height);
     let heights = heights.take(&rec.submit()?.wait()?);
-    Ok(Ground::new(simulation.plan().grid, simulation.sea_level(), heights))
+    Ok(Ground::new(land.grid, land.sea_level, heights))
 }
 
 /// What can't be flown through: ground, and the sea.

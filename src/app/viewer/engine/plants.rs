@@ -1,11 +1,12 @@
 //! Plants of the land on the stage: they grow on a thread of their own, are counted, and found by a click.
 
-use crate::app::population::{self, Garden};
+use crate::app::population::{self, Garden, Sight};
 use crate::app::progress::{Progress, Watch};
 use crate::app::report::Report;
-use crate::app::{Error, Session, interrupt, land};
+use crate::app::{Error, Session, interrupt};
 use crate::core::camera::Pinhole;
 use crate::gpu::Gpu;
+use crate::plants::planting::Ground;
 use crate::scene::{Film, Instance, Model, Population};
 use crate::terrain::Simulation;
 use crate::world::World;
@@ -13,6 +14,7 @@ use glam::Vec3;
 use std::collections::HashMap;
 use std::f32::consts::TAU;
 use std::panic::resume_unwind;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::sync::{Arc, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Instant;
@@ -102,6 +104,15 @@ impl Plants {
         })
     }
 
+    /// The same plant among others; none if it is not there.
+    pub fn find(&self, other: &Selected) -> Option<Selected> {
+        let is_there = |instance: &Instance| instance.position == other.position;
+        let at = |index: &usize| self.population.instances.get(*index).is_some_and(is_there);
+        let same = || self.population.instances.iter().position(is_there);
+        let found = self.tell(Some(other.instance).filter(at).or_else(same)?)?;
+        (found.species == other.species && found.variant == other.variant).then_some(found)
+    }
+
     /// How many there are, and their triangles.
     pub fn counts(&self) -> (usize, u64) {
         let triangles = self.census.iter().map(|census| census.plants * census.triangles).sum();
@@ -144,64 +155,110 @@ fn shape(model: &Model, instance: &Instance) -> Arc<[Vec3]> {
     corners.map(placed).collect()
 }
 
-/// Plants that are growing.
-pub struct Planting {
+/// Who plants the finished land: a thread, which keeps what has grown, and plants it again for who sees it from elsewhere.
+pub struct Gardener {
     /// None once it has been heard.
-    thread: Option<JoinHandle<Result<Planted, Error>>>,
+    thread: Option<JoinHandle<()>>,
+    /// None once no more is wanted.
+    sights: Option<Sender<Sight>>,
+    planted: Receiver<Result<Planted, Error>>,
     watch: Watch,
-    begun: Instant,
+    /// What is being planted, and since when.
+    asked: Option<(Sight, Instant)>,
 }
 
-/// What has grown, and what is to be said of it.
+/// What has been planted, and what is to be said of it.
 pub struct Planted {
     pub plants: Plants,
     pub warnings: Vec<String>,
 }
 
-impl Planting {
-    /// Begins to plant what a world has, as its own camera sees it.
-    pub fn begin(
-        gpu: &Gpu,
-        world: &Arc<World>,
-        simulation: &Simulation,
-        film: Film,
-    ) -> Result<Planting, Error> {
+impl Gardener {
+    /// Begins to grow what a world has.
+    pub fn begin(gpu: &Gpu, world: &Arc<World>, simulation: &Simulation) -> Result<Gardener, Error> {
         let ground = population::ground(gpu, world, simulation)?;
-        let camera = land::camera(gpu, world, simulation)?;
         let watch = Watch::default();
-        let progress = Progress::watched(watch.clone());
-        let mut session = Session { report: Report::of("view"), progress, cache: None, validation: None };
-        let world = world.clone();
-        let thread = std::thread::Builder::new().name("planting".into()).spawn(move || {
-            let population =
-                Garden::on(ground, &world, &mut session)?.populate(&camera, &film, &mut session)?;
-            Ok(Planted { plants: Plants::new(population), warnings: session.report.warnings })
-        });
+        let (sights, wanted) = channel();
+        let (basket, planted) = channel();
+        let (world, progress) = (world.clone(), Progress::watched(watch.clone()));
+        let garden = move || {
+            let session = Session { report: Report::of("view"), progress, cache: None, validation: None };
+            if let Err(error) = tend(ground, &world, session, &wanted, &basket) {
+                // Who does not listen has other land by now.
+                let _ = basket.send(Err(error));
+            }
+        };
+        let thread = std::thread::Builder::new().name("gardener".into()).spawn(garden);
         let thread = thread.map_err(|error| Error::Memory(format!("no thread to plant on: {error}")))?;
-        Ok(Planting { thread: Some(thread), watch, begun: Instant::now() })
+        Ok(Gardener { thread: Some(thread), sights: Some(sights), planted, watch, asked: None })
     }
 
-    /// What has come of it, once it is over.
-    pub fn ended(&mut self) -> Option<Result<Planted, Error>> {
-        let thread = self.thread.take_if(|thread| thread.is_finished())?;
-        Some(thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+    /// Asks for plants with the ground cover of a sight, once it is not busy.
+    pub fn ask(&mut self, sight: Sight) {
+        let Some(sights) = &self.sights else { return };
+        // Who has ended has said why.
+        if sights.send(sight).is_ok() {
+            self.asked = Some((sight, Instant::now()));
+        }
     }
 
-    pub fn begun(&self) -> Instant {
-        self.begun
+    pub fn is_busy(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// What has come of it, once it is over: for what, and begun when.
+    pub fn ended(&mut self) -> Option<(Sight, Instant, Result<Planted, Error>)> {
+        let (sight, begun) = self.asked?;
+        let planted = match self.planted.try_recv() {
+            Ok(planted) => planted,
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => {
+                self.asked = None;
+                if let Err(panic) = self.thread.take()?.join() {
+                    resume_unwind(panic);
+                }
+                return None;
+            }
+        };
+        self.asked = None;
+        Some((sight, begun, planted))
     }
 
     /// What it does, how much of it is done, and of how much.
-    pub fn work(&self) -> (String, u64, u64) {
+    pub fn work(&self) -> Option<(String, u64, u64)> {
+        self.asked?;
         let (stage, done, of) =
             self.watch.lock().unwrap_or_else(PoisonError::into_inner).unwrap_or(("planting", 0, 0));
-        (stage.into(), done, of)
+        Some((stage.into(), done, of))
     }
 }
 
-impl Drop for Planting {
+/// What a [`Gardener`] does until nothing more is wanted.
+fn tend(
+    ground: Ground,
+    world: &World,
+    mut session: Session,
+    wanted: &Receiver<Sight>,
+    basket: &Sender<Result<Planted, Error>>,
+) -> Result<(), Error> {
+    let mut garden = Garden::on(ground, world, &mut session)?;
+    garden.keep(&mut session)?;
+    for sight in wanted {
+        let planted = garden.plant(sight, &mut session).map(|population| Planted {
+            plants: Plants::new(population),
+            warnings: std::mem::take(&mut session.report.warnings),
+        });
+        if basket.send(planted).is_err() {
+            break;
+        }
+    }
+    Ok(())
+}
+
+impl Drop for Gardener {
     /// What it makes is of no use any more.
     fn drop(&mut self) {
+        self.sights = None;
         let Some(thread) = self.thread.take() else { return };
         interrupt::cancel(true);
         // A panic has been told on standard error.

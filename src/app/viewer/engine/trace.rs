@@ -15,7 +15,7 @@ use std::time::{Duration, Instant};
 const LOOKS: Duration = Duration::from_millis(300);
 
 /// Who rests for less goes on moving: nothing is traced for that.
-const REST: Duration = Duration::from_millis(150);
+pub const REST: Duration = Duration::from_millis(150);
 
 /// What has been traced, and how to go on.
 #[derive(Default)]
@@ -71,7 +71,7 @@ impl Trace {
         scene: &Scene,
     ) -> Result<Ended, Error> {
         let film = land.film(studio.size);
-        let camera = land.camera(&film);
+        let camera = land.written_camera(&film);
         let settings = land.world().tracing;
         self.kept = self.kept.take().filter(|kept| kept.shows(&film, &camera, &settings));
         if let Some(kept) = self.kept.as_ref().filter(|kept| kept.sums.samples() >= land.world().samples) {

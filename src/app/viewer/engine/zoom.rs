@@ -14,7 +14,7 @@ use crate::zoom::{
 use glam::{DVec3, Vec2};
 use std::f32::consts::TAU;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// How the flight goes on by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,9 +43,6 @@ pub struct Drawn {
 
 /// Levels that the autopilot passes a second.
 const LEVELS_A_SECOND: f64 = 0.5;
-
-/// How long the device draws at a time: a window waits no longer.
-const SLICE: Duration = Duration::from_millis(12);
 
 /// Texels for one of the window's pixels, along a side, and samples along a side of a texel.
 const DETAILS: [(f32, u32); 3] = [(0.5, 1), (1.0, 1), (1.0, 2)];
@@ -376,7 +373,7 @@ fn renderer(studio: &Studio, world: &World) -> Result<view::Renderer, Error> {
     let mut renderer =
         view::Renderer::new(&studio.gpu, zoom.surface(world.seed), settings, &world.light, &film)?;
     renderer.mark(studio.marks)?;
-    renderer.interrupt_every(SLICE);
+    renderer.share_the_device();
     Ok(renderer)
 }
 
