@@ -34,6 +34,9 @@ pub const WORLD: TextureId = TextureId::User(0);
 /// Time between two looks at Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(250);
 
+/// Time between two frames of a script that waits for the world.
+const GLANCE: Duration = Duration::from_millis(100);
+
 /// The size of the first window ever, points.
 const FIRST_SIZE: [f64; 2] = [1280.0, 800.0];
 
@@ -284,7 +287,10 @@ impl Application<'_> {
 impl Open {
     /// Whether frames are drawn though nothing changes.
     fn is_counting(&self, arguments: &Arguments) -> bool {
-        arguments.after_frames.is_some() || arguments.exit_after.is_some() || self.player.is_some()
+        match &self.player {
+            Some(player) => !player.is_patient(),
+            None => arguments.after_frames.is_some() || arguments.exit_after.is_some(),
+        }
     }
 
     /// One frame: `Some` if it was the last.
@@ -343,6 +349,10 @@ impl Open {
             }
             Shown::Again => self.pace.due = Some(Instant::now() + Duration::from_millis(5)),
             Shown::No => self.pace.due = Some(Instant::now() + Duration::from_millis(50)),
+        }
+        if self.player.as_ref().is_some_and(Player::is_patient) {
+            let glance = Instant::now() + GLANCE;
+            self.pace.due = Some(self.pace.due.map_or(glance, |due| due.min(glance)));
         }
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         match delay {
