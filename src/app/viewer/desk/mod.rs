@@ -9,7 +9,7 @@ use super::engine::{Command, Course, Engine, Frame, News, Pose, Section, Status,
 use super::export::Export;
 use super::keys::{self, Action, Motion};
 use super::panels::files::{Chooser, Purpose};
-use super::panels::parameters::Wishes;
+use super::panels::parameters::{Foresight, Wishes};
 use super::panels::{export as form, land, parameters, picture, plants, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
 #[cfg(feature = "reload")]
@@ -19,6 +19,7 @@ use super::theme;
 use super::window::WORLD;
 use crate::app::Error;
 use crate::gpu::{Image, Pacing, Timing, format::Rgba8};
+use crate::terrain::Stage;
 use crate::world::{KeyPath, World};
 use crate::zoom::marks::Marks;
 use egui::{Align2, Color32, Context, MenuBar, Panel, PointerButton, Rect, RichText, Sense, Ui, Vec2, vec2};
@@ -94,6 +95,8 @@ pub struct Desk {
     code: zoom::Code,
     marks: Marks,
     filter: String,
+    /// What changes of the world would do.
+    foresight: Foresight,
     panels: bool,
     help: bool,
 
@@ -132,6 +135,8 @@ impl Desk {
         (folder, state, warning): (Option<PathBuf>, State, Option<String>),
     ) -> Desk {
         theme::apply(context);
+        let waker = wake.clone();
+        let foreseen = move || waker();
         let mut desk = Desk {
             engine,
             wake,
@@ -165,6 +170,7 @@ impl Desk {
             code: Default::default(),
             marks: Marks::default(),
             filter: String::new(),
+            foresight: Foresight::new(foreseen),
             panels: true,
             help: false,
             size: [0, 0],
@@ -725,7 +731,15 @@ impl Desk {
             let width = ui.available_width();
             ui.add(egui::TextEdit::singleline(&mut self.filter).hint_text("find a key").desired_width(width));
         });
-        wishes.push(parameters::show(ui, document, &self.filter));
+        // Not while it is dragged: each value would be another question.
+        if !ui.input(|input| input.pointer.any_down()) {
+            let stage = match &self.status.world {
+                WorldStatus::Land { progress, .. } => progress.stage,
+                WorldStatus::None | WorldStatus::Zoom { .. } => Stage::Base,
+            };
+            self.foresight.look_at(document, stage);
+        }
+        wishes.push(parameters::show(ui, document, &mut self.foresight, &self.filter));
         for Wishes { edits, browse } in wishes {
             if let Some(document) = &mut self.document {
                 for edit in &edits {
