@@ -250,7 +250,14 @@ impl Application<'_> {
         let engine = Engine::start(&gpu, self.session.validation.clone(), move || waker());
         let named = self.script.as_ref().is_some_and(Script::has_names);
         let widgets = (named || Widgets::are_wanted()).then(|| Widgets::new(&context));
-        let desk = Desk::new(&context, engine, wake, self.document.take(), (folder, state, warning));
+        let desk = Desk::new(
+            &context,
+            engine,
+            wake,
+            self.arguments.device.clone(),
+            self.document.take(),
+            (folder, state, warning),
+        );
         #[cfg(feature = "reload")]
         let desk = desk.with_shaders(&gpu);
         window.request_redraw();

@@ -3,7 +3,7 @@
 use super::{Desk, Wish};
 use crate::app::viewer::document::{Document, OnDisk};
 use crate::app::viewer::engine::{Command, WorldStatus};
-use crate::app::viewer::export::Export;
+use crate::app::viewer::export::{Ended, Export};
 use crate::app::viewer::panels::files::{self, Chosen, Notice, Purpose, Recent, Recovery, Unsaved};
 use crate::app::viewer::panels::{export as form, help, picture, welcome};
 use crate::app::viewer::{shipped, state};
@@ -347,7 +347,7 @@ impl Desk {
     fn show_form(&mut self, context: &Context) {
         let Some(form) = &mut self.form else { return };
         let is_zoom = self.document.as_ref().is_some_and(|document| document.world().zoom.is_some());
-        let said = self.export.as_ref().map(Export::progress);
+        let said = self.export.as_ref().map(Export::said);
         if said.is_some() {
             context.request_repaint_after(Duration::from_millis(200));
         }
@@ -356,11 +356,12 @@ impl Desk {
             .title_bar(false)
             .fixed_size(vec2(460.0, 520.0).min(most))
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
-            .show(context, |ui| form.show(ui, is_zoom, said.as_deref()))
+            .show(context, |ui| form.show(ui, is_zoom, said.as_ref()))
             .and_then(|shown| shown.inner.flatten());
         match outcome {
-            Some(form::Outcome::Export(arguments)) => {
+            Some(form::Outcome::Export(mut arguments)) => {
                 let Some(document) = &self.document else { return };
+                arguments.extend(self.device.words());
                 match Export::begin(document, &arguments) {
                     Ok(export) => self.export = Some(export),
                     Err(error) => self.say(error.to_string(), true),
@@ -368,11 +369,10 @@ impl Desk {
             }
             Some(form::Outcome::ChooseFolder) => self.ask(Purpose::ExportFolder, ""),
             Some(form::Outcome::ChooseFile) => self.ask(Purpose::ExportFile, &self.name("tiff")),
-            Some(form::Outcome::Cancel) if self.export.is_some() => {
-                self.export = None;
-                self.say("the export was ended; files that had been written are whole".into(), false);
-            }
-            Some(form::Outcome::Cancel) => self.form = None,
+            Some(form::Outcome::Cancel) => match &mut self.export {
+                Some(export) => export.cancel(),
+                None => self.form = None,
+            },
             None => {}
         }
     }
@@ -382,11 +382,12 @@ impl Desk {
         let Some(ended) = self.export.as_mut().and_then(Export::ended) else { return };
         self.export = None;
         match ended {
-            Ok(said) => {
+            Ended::Done(said) => {
                 self.form = None;
                 self.say(format!("exported; {said}"), false);
             }
-            Err(said) => self.say(said, true),
+            Ended::Cancelled(said) => self.say(format!("the export was {said}"), false),
+            Ended::Failed(said) => self.say(said, true),
         }
     }
 }

@@ -18,6 +18,7 @@ use super::state::{self, Bookmark, State};
 use super::theme;
 use super::window::WORLD;
 use crate::app::Error;
+use crate::app::cli::options::DeviceOptions;
 use crate::gpu::{Image, Pacing, Timing, format::Rgba8};
 use crate::terrain::Stage;
 use crate::world::{KeyPath, World};
@@ -73,6 +74,8 @@ pub struct Desk {
     chooser: Chooser,
     form: Option<form::Form>,
     export: Option<Export>,
+    /// What exports run on, too.
+    device: DeviceOptions,
     watcher: Option<notify::RecommendedWatcher>,
     touched: Arc<AtomicBool>,
     on_disk: OnDisk,
@@ -131,6 +134,7 @@ impl Desk {
         context: &Context,
         engine: Engine,
         wake: Arc<dyn Fn() + Send + Sync>,
+        device: DeviceOptions,
         document: Option<Document>,
         (folder, state, warning): (Option<PathBuf>, State, Option<String>),
     ) -> Desk {
@@ -152,6 +156,7 @@ impl Desk {
             chooser: Chooser::default(),
             form: None,
             export: None,
+            device,
             watcher: None,
             touched: Arc::default(),
             on_disk: OnDisk::Same,
