@@ -248,6 +248,10 @@ impl Application<'_> {
         });
         let waker = wake.clone();
         let engine = Engine::start(&gpu, self.session.validation.clone(), move || waker());
+        if self.script.is_some() {
+            // Its clicks take two frames, however long these are.
+            context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
+        }
         let named = self.script.as_ref().is_some_and(Script::has_names);
         let widgets = (named || Widgets::are_wanted()).then(|| Widgets::new(&context));
         let desk = Desk::new(
