@@ -58,6 +58,7 @@ pub enum Error {
     Validation(Vec<String>),
     #[error("interrupted; {}{}", match written {
         0 => "no file was written".into(),
+        1 => "one file had been written, and is whole".into(),
         written => format!("{written} files had been written, and are whole"),
     }, match kept {
         Some(Kept::Land) => "; the land so far is kept, and the same command goes on from there".into(),

@@ -17,6 +17,8 @@ pub enum Voice {
 /// Shows the stages of a run and remembers how long each took.
 pub struct Progress {
     channel: Channel,
+    /// Between two lines.
+    interval: Duration,
     current: Option<Current>,
     stages: Vec<Stage>,
     watch: Option<Watch>,
@@ -45,8 +47,11 @@ struct Current {
     detail: String,
 }
 
-/// Time between two lines where there is no terminal.
+/// Time between two lines where there is no terminal; `TERRANE_PROGRESS` says another, in seconds.
 const LINE_INTERVAL: Duration = Duration::from_secs(10);
+
+/// The variable that says it.
+pub const INTERVAL: &str = "TERRANE_PROGRESS";
 
 impl Progress {
     pub fn new(voice: Voice) -> Self {
@@ -55,7 +60,10 @@ impl Progress {
             Voice::Normal if io::stderr().is_terminal() => Channel::Terminal,
             Voice::Normal => Channel::Lines,
         };
-        Progress { channel, current: None, stages: Vec::new(), watch: None }
+        let asked = std::env::var(INTERVAL).ok().and_then(|seconds| seconds.parse().ok());
+        let interval = asked.and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        let interval = interval.unwrap_or(LINE_INTERVAL);
+        Progress { channel, interval, current: None, stages: Vec::new(), watch: None }
     }
 
     /// Tells nobody.
@@ -88,7 +96,7 @@ impl Progress {
         if let Some(bar) = &current.bar {
             bar.set_length(of);
             bar.set_position(iteration);
-        } else if channel == Channel::Lines && current.last_line.elapsed() >= LINE_INTERVAL {
+        } else if channel == Channel::Lines && current.last_line.elapsed() >= self.interval {
             current.last_line = Instant::now();
             let rate = (iteration - current.cached) as f64 / current.start.elapsed().as_secs_f64();
             let left = of.saturating_sub(iteration) as f64 / rate;
@@ -164,7 +172,37 @@ fn style() -> ProgressStyle {
     })
 }
 
+/// The share of a stage that is done, if a line tells that.
+#[cfg(feature = "viewer")]
+pub fn share(line: &str) -> Option<f32> {
+    let (_, told) = line.split_once(": ")?;
+    let (done, told) = told.split_once(" of ")?;
+    let of = told.split([',', ';']).next()?;
+    let [done, of] = [done, of].map(|number| number.parse::<f32>().ok());
+    Some((done? / of.filter(|of| *of > 0.0)?).clamp(0.0, 1.0))
+}
+
 /// Nobody may be reading: whether it can be written is not asked.
 fn line(message: &dyn Display) {
     let _ = writeln!(io::stderr().lock(), "{message}");
+}
+
+#[cfg(all(test, feature = "viewer"))]
+mod tests {
+    use super::share;
+
+    #[test]
+    fn lines_tell_the_share_that_is_done() {
+        assert_eq!(share("erosion: 120 of 480"), Some(0.25));
+        assert_eq!(share("erosion: 240 of 480, 12.1/s, 20 s left; 8 tiles"), Some(0.5));
+        for other in [
+            "erosion: 480 in 40.1 s",
+            "erosion: continuing at iteration 3 of 480",
+            "erosion: from the cache",
+            "error: layers: 2 of these are unknown",
+            "wrote height.exr",
+        ] {
+            assert_eq!(share(other), None, "{other}");
+        }
+    }
 }

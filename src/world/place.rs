@@ -8,7 +8,7 @@ use std::fmt;
 use toml_edit::{Item, TableLike};
 
 /// The way to a key, from the top of the file: `terrain.layers.0.cone.height`. Elements of arrays go by their index.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct KeyPath(pub Vec<String>);
 
 impl KeyPath {

@@ -51,6 +51,10 @@ fn an_island_is_watched_changed_and_left() {
     viewer.key("ctrl+a");
     viewer.key("BackSpace");
     viewer.see_no("repose under water");
+    viewer.type_in("cells");
+    viewer.see("terrain.cells begins the world again");
+    viewer.key("ctrl+a");
+    viewer.key("BackSpace");
     viewer.key("Escape");
 
     // Processes off and on, a single step, and from the start.
@@ -100,6 +104,12 @@ fn an_island_is_watched_changed_and_left() {
     viewer.see("Simulation");
     viewer.key("F11");
     viewer.key("F11");
+
+    viewer.key("ctrl+e");
+    viewer.push("Write files");
+    viewer.push("Cancel");
+    viewer.see("the export was interrupted");
+    viewer.push("Close");
 
     viewer.key("ctrl+q");
     good(&viewer.end());

@@ -92,6 +92,9 @@ Folder for what runs keep for later ones, in place of the user's cache folder.
 \fBTERRANE_CACHE_LIMIT\fR
 Most that is kept, for example 20GiB. 8GiB if it is not set.
 .TP
+\fBTERRANE_PROGRESS\fR
+Seconds between two lines of progress where there is no terminal. 10 if it is not set.
+.TP
 \fBTERRANE_VALIDATION\fR
 If set, the Vulkan validation layer watches the run, and any message of it is a failure.
 .SH FILES

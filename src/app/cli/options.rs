@@ -23,7 +23,7 @@ pub struct WorldOptions {
     pub no_cache: bool,
 }
 
-#[derive(Args)]
+#[derive(Args, Clone, Default)]
 pub struct DeviceOptions {
     /// Index of the device to run on, or a part of its name; `terrane devices` lists them
     #[arg(long, value_name = "DEVICE")]
@@ -32,6 +32,16 @@ pub struct DeviceOptions {
     /// Most device memory to use, for example 2GiB or 512MiB [default: 80 % of what there is]
     #[arg(long, value_name = "SIZE", value_parser = bytes)]
     pub memory_limit: Option<u64>,
+}
+
+impl DeviceOptions {
+    /// As they are written on a command line.
+    #[cfg(feature = "viewer")]
+    pub fn words(&self) -> Vec<String> {
+        let device = self.device.iter().map(|device| format!("--device={device}"));
+        let memory = self.memory_limit.iter().map(|bytes| format!("--memory-limit={bytes}"));
+        device.chain(memory).collect()
+    }
 }
 
 #[derive(Args)]

@@ -1,24 +1,49 @@
 //! `terrane export` beside the viewer, in a process of its own: it has its own memory, and can be ended at any time without loss.
 
 use super::document::Document;
-use crate::app::Error;
+use crate::app::{Error, progress};
 use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// An export under way.
 pub struct Export {
     child: Child,
-    /// The last line that it said, and all that it said.
-    said: Arc<Mutex<(String, String)>>,
+    said: Arc<Mutex<Said>>,
+    cancelled: bool,
     /// What was written for it to read.
     world: Option<tempfile::TempPath>,
 }
 
+/// What it has said.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Said {
+    pub last: String,
+    /// Of the stage under way, where that is known.
+    pub share: Option<f32>,
+    /// All but how far stages have come.
+    text: String,
+}
+
+/// How it ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// With its last words.
+    Done(String),
+    Cancelled(String),
+    Failed(String),
+}
+
 /// Most of what it says is kept.
 const MOST_TEXT: usize = 1 << 16;
+
+/// How often it says how far it has come, seconds.
+const INTERVAL: &str = "0.2";
+
+/// Time that it has to end by itself.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 impl Export {
     /// Begins to export a world, as it is now, with the arguments that stand behind its name.
@@ -32,51 +57,83 @@ impl Export {
             .arg("export")
             .arg(path)
             .args(arguments)
+            .env(progress::INTERVAL, INTERVAL)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()
             .map_err(failed)?;
-        let said = Arc::new(Mutex::new(Default::default()));
+        let said = Arc::<Mutex<Said>>::default();
         if let Some(stderr) = child.stderr.take() {
             let said = said.clone();
             std::thread::spawn(move || listen(stderr, &said));
         }
-        Ok(Export { child, said, world })
+        Ok(Export { child, said, cancelled: false, world })
     }
 
-    /// The last thing that it said.
-    pub fn progress(&self) -> String {
-        self.said.lock().unwrap_or_else(PoisonError::into_inner).0.clone()
+    pub fn said(&self) -> Said {
+        self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// How it ended, if it has: what there is to tell, or what went wrong.
-    pub fn ended(&mut self) -> Option<Result<String, String>> {
+    /// Asks it to end: it finishes no file any more, and says what there is.
+    pub fn cancel(&mut self) {
+        self.cancelled = true;
+        #[cfg(unix)]
+        if let Some(process) = i32::try_from(self.child.id()).ok().and_then(rustix::process::Pid::from_raw) {
+            let _ = rustix::process::kill_process(process, rustix::process::Signal::TERM);
+        }
+        #[cfg(not(unix))]
+        let _ = self.child.kill();
+    }
+
+    /// How it ended, if it has.
+    pub fn ended(&mut self) -> Option<Ended> {
         let status = self.child.try_wait().ok()??;
         self.world = None;
         // Its last words may be on their way.
         std::thread::sleep(Duration::from_millis(20));
-        let (last, all) = self.said.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        Some(if status.success() { Ok(last) } else { Err(all) })
+        let Said { last, text, .. } = self.said();
+        Some(match status.success() {
+            true => Ended::Done(last),
+            false if self.cancelled => Ended::Cancelled(reason(&text).unwrap_or("interrupted").into()),
+            false => Ended::Failed(reason(&text).unwrap_or(&text).into()),
+        })
     }
 }
 
 impl Drop for Export {
     fn drop(&mut self) {
-        // Files appear whole or not at all.
+        // By itself it leaves nothing unfinished behind.
+        self.cancel();
+        let begun = Instant::now();
+        while matches!(self.child.try_wait(), Ok(None)) && begun.elapsed() < PATIENCE {
+            std::thread::sleep(Duration::from_millis(10));
+        }
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-fn listen(stderr: impl Read, said: &Mutex<(String, String)>) {
+/// What it says of why it ended.
+fn reason(text: &str) -> Option<&str> {
+    let (before, reason) = text.split_once("error: ")?;
+    (before.is_empty() || before.ends_with('\n')).then(|| reason.trim_end())
+}
+
+fn listen(stderr: impl Read, said: &Mutex<Said>) {
     for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-        let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
-        if said.1.len() + line.len() < MOST_TEXT {
-            said.1 += &line;
-            said.1.push('\n');
+        said.lock().unwrap_or_else(PoisonError::into_inner).take(line);
+    }
+}
+
+impl Said {
+    fn take(&mut self, line: String) {
+        self.share = progress::share(&line);
+        if self.share.is_none() && self.text.len() + line.len() < MOST_TEXT {
+            self.text += &line;
+            self.text.push('\n');
         }
-        said.0 = line;
+        self.last = line;
     }
 }
 
@@ -91,4 +148,22 @@ fn written(document: &Document) -> std::io::Result<(PathBuf, Option<tempfile::Te
     std::fs::write(file.path(), document.text())?;
     let path = file.into_temp_path();
     Ok((path.to_path_buf(), Some(path)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_it_says_is_a_share_or_a_reason() {
+        let said = Mutex::default();
+        listen("base terrain: 1 in 0.1 s\nerosion: 30 of 120, 9.5/s, 9 s left\n".as_bytes(), &said);
+        let heard = said.lock().expect("whole").clone();
+        assert_eq!((heard.share, reason(&heard.text)), (Some(0.25), None));
+        assert_eq!(heard.text, "base terrain: 1 in 0.1 s\n", "progress is passing");
+        listen("error: interrupted; one file had been written, and is whole\n".as_bytes(), &said);
+        let heard = said.lock().expect("whole").clone();
+        assert_eq!(heard.share, None);
+        assert_eq!(reason(&heard.text), Some("interrupted; one file had been written, and is whole"));
+    }
 }

@@ -37,6 +37,9 @@ const LONG: u64 = 100_000;
 /// Frames that are waited for what is to be pushed.
 const PATIENCE: u64 = 3000;
 
+/// Frames that a `wait quiet` draws at once: news of what was done just before may be on their way.
+const PROMPT: u64 = 3;
+
 /// Frames that a drag takes.
 const DRAG: u32 = 8;
 
@@ -165,6 +168,11 @@ impl Player {
         self.acts.is_empty()
     }
 
+    /// Whether it waits for the world, which frames that show nothing new would only hold up.
+    pub fn is_patient(&self) -> bool {
+        matches!(self.acts.front(), Some(Act::Quiet(_))) && self.waited >= PROMPT
+    }
+
     /// Adds the next act to the input of a frame. `quiet` tells whether the world has nothing left to do, `find` where something is.
     ///
     /// # Errors
@@ -186,8 +194,7 @@ impl Player {
             }
             Act::Quiet(most) => {
                 self.waited += 1;
-                // News of what was done just before may be on their way.
-                done = quiet && self.waited > 3 || self.waited >= *most;
+                done = quiet && self.waited > PROMPT || self.waited >= *most;
             }
             Act::Press(key, modifiers) => self.key(input, *key, *modifiers, true),
             Act::Release(key, modifiers) => self.key(input, *key, *modifiers, false),
@@ -260,6 +267,23 @@ mod tests {
             Act::Wish(Wish::Screenshot("a b.png".into())),
         ];
         assert_eq!(script, Ok(Script(expected)));
+    }
+
+    /// How often a script is patient in so many frames of a world that is not quiet.
+    fn patient(text: &str, frames: usize) -> Vec<bool> {
+        let mut player = Player::new(Script::parse(text).expect("a script"));
+        let frame = |_| {
+            player.play(&mut RawInput::default(), false, |_| None).expect("nothing to be found");
+            player.is_patient()
+        };
+        (0..frames).map(frame).collect()
+    }
+
+    #[test]
+    fn frames_are_saved_while_the_world_is_waited_for() {
+        assert_eq!(patient("wait quiet 7", 7), [false, false, true, true, true, true, false]);
+        assert_eq!(patient("wait 7", 7), [false; 7], "every frame is asked for");
+        assert_eq!(patient("key W\nwait quiet", 6)[..4], [false, false, false, false], "keys do not wait");
     }
 
     #[test]

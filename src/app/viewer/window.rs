@@ -34,6 +34,9 @@ pub const WORLD: TextureId = TextureId::User(0);
 /// Time between two looks at Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(250);
 
+/// Time between two frames of a script that waits for the world.
+const GLANCE: Duration = Duration::from_millis(100);
+
 /// The size of the first window ever, points.
 const FIRST_SIZE: [f64; 2] = [1280.0, 800.0];
 
@@ -251,9 +254,20 @@ impl Application<'_> {
         });
         let waker = wake.clone();
         let engine = Engine::start(&gpu, self.session.validation.clone(), move || waker());
+        if self.script.is_some() {
+            // Its clicks take two frames, however long these are.
+            context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
+        }
         let named = self.script.as_ref().is_some_and(Script::has_names);
         let widgets = (named || Widgets::are_wanted()).then(|| Widgets::new(&context));
-        let desk = Desk::new(&context, engine, wake, self.document.take(), (folder, state, warning));
+        let desk = Desk::new(
+            &context,
+            engine,
+            wake,
+            self.arguments.device.clone(),
+            self.document.take(),
+            (folder, state, warning),
+        );
         #[cfg(feature = "reload")]
         let desk = desk.with_shaders(&gpu);
         window.request_redraw();
@@ -290,7 +304,10 @@ impl Application<'_> {
 impl Open {
     /// Whether frames are drawn though nothing changes.
     fn is_counting(&self, arguments: &Arguments) -> bool {
-        arguments.after_frames.is_some() || arguments.exit_after.is_some() || self.player.is_some()
+        match &self.player {
+            Some(player) => !player.is_patient(),
+            None => arguments.after_frames.is_some() || arguments.exit_after.is_some(),
+        }
     }
 
     /// One frame: `Some` if it was the last.
@@ -349,6 +366,10 @@ impl Open {
             }
             Shown::Again => self.pace.due = Some(Instant::now() + Duration::from_millis(5)),
             Shown::No => self.pace.due = Some(Instant::now() + Duration::from_millis(50)),
+        }
+        if self.player.as_ref().is_some_and(Player::is_patient) {
+            let glance = Instant::now() + GLANCE;
+            self.pace.due = Some(self.pace.due.map_or(glance, |due| due.min(glance)));
         }
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         match delay {

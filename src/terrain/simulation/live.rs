@@ -91,6 +91,35 @@ impl Snapshot {
     }
 }
 
+impl Plan {
+    /// Whether a run of this plan that has come to `stage` can take the parameters of another one and go on. Otherwise what differs is
+    /// over, and the land begins again.
+    pub fn goes_on_as(&self, other: &Plan, stage: Stage) -> bool {
+        // Without `..`: what is new is judged here.
+        let Plan {
+            grid,
+            layers,
+            sea_level,
+            boundary,
+            controls: _,
+            hydraulic,
+            thermal,
+            seabed_smoothing,
+            reef,
+        } = other;
+        let over = |of: Stage| stage > of;
+        let settle = |thermal: &Option<crate::terrain::thermal::Params>| thermal.and_then(|it| it.settle);
+        let images = |plan: &Plan| Images { controls: false, ..Images::of(plan) };
+        (grid, layers, sea_level, boundary) == (&self.grid, &self.layers, &self.sea_level, &self.boundary)
+            && images(other) == images(self)
+            && (stage == Stage::Base || settle(thermal) == settle(&self.thermal))
+            && (!over(Stage::Thermal) || (hydraulic, thermal) == (&self.hydraulic, &self.thermal))
+            && (!over(Stage::Seabed) || *seabed_smoothing == self.seabed_smoothing)
+            && (stage < Stage::Reef || reef.is_some())
+            && other.stages().iter().any(|(other, _)| *other == stage)
+    }
+}
+
 impl Simulation {
     /// Whether the land may be another one than the plan makes: then states of this run are not to be kept under its keys.
     pub fn touched(&self) -> bool {
@@ -200,31 +229,7 @@ impl Simulation {
     }
 
     fn can_become(&self, plan: &Plan) -> bool {
-        // Without `..`: what is new is judged here.
-        let Plan {
-            grid,
-            layers,
-            sea_level,
-            boundary,
-            controls: _,
-            hydraulic,
-            thermal,
-            seabed_smoothing,
-            reef,
-        } = plan;
-        let now = &self.plan;
-        let Some(work) = self.stages.get(self.current) else { return false };
-        let stage = work.stage;
-        let over = |of: Stage| stage > of;
-        let settle = |thermal: &Option<crate::terrain::thermal::Params>| thermal.and_then(|it| it.settle);
-        let images = |plan: &Plan| Images { controls: false, ..Images::of(plan) };
-        (grid, layers, sea_level, boundary) == (&now.grid, &now.layers, &now.sea_level, &now.boundary)
-            && images(plan) == images(now)
-            && (stage == Stage::Base || settle(thermal) == settle(&now.thermal))
-            && (!over(Stage::Thermal) || (hydraulic, thermal) == (&now.hydraulic, &now.thermal))
-            && (!over(Stage::Seabed) || *seabed_smoothing == now.seabed_smoothing)
-            && (stage < Stage::Reef || reef.is_some())
-            && plan.stages().iter().any(|(other, _)| *other == stage)
+        self.stages.get(self.current).is_some_and(|work| self.plan.goes_on_as(plan, work.stage))
     }
 
     /// Goes on to the end of the iteration under way: numbers of passes may change.

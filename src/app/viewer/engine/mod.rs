@@ -176,6 +176,15 @@ pub enum WorldStatus {
     },
 }
 
+/// Whether to make of a world what has become of it begins it again: land that has come to this stage, or a flight. All else that is seen
+/// changes as it is.
+pub fn begins_again(shown: &World, edited: &World, stage: terrain::Stage) -> bool {
+    match (&shown.zoom, &edited.zoom) {
+        (None, None) => !shown.plan.goes_on_as(&edited.plan, stage),
+        _ => !zoom::is_same_place(shown, edited),
+    }
+}
+
 /// How far path tracing has come.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Traced {

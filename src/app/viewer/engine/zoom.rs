@@ -99,16 +99,18 @@ impl Zoom {
 
     /// The same world with changes.
     pub fn edit(&mut self, studio: &mut Studio, world: &Arc<World>) -> Result<(), Error> {
-        let (old, new) = (zoom_of(&self.world)?, zoom_of(world)?);
-        let same_place = old.surface(self.world.seed) == new.surface(world.seed) && old.depth == new.depth;
-        let mut next = Zoom::new(studio, world)?;
-        if same_place {
-            let (flight, attitude) = (self.flight.clone(), self.attitude);
-            (next.flight, next.attitude, next.course, next.depth) =
-                (flight, attitude, self.course, self.depth);
+        if !is_same_place(&self.world, world) {
+            let paused = self.paused;
+            *self = Zoom { paused, ..Zoom::new(studio, world)? };
+            return Ok(());
         }
-        next.paused = self.paused;
-        *self = next;
+        // Exposure and tone map are those of each picture.
+        let keeps_tiles = self.world.light == world.light
+            && settings(&self.world, studio.size)? == settings(world, studio.size)?;
+        if !keeps_tiles {
+            (self.renderer, self.frozen) = (renderer(studio, world)?, false);
+        }
+        (self.world, self.detail) = (world.clone(), 0);
         Ok(())
     }
 
@@ -361,20 +363,30 @@ impl Zoom {
     }
 }
 
+/// Whether two worlds are the same surface, flown to the same depth: then one goes on where one is.
+pub fn is_same_place(one: &World, other: &World) -> bool {
+    let place = |world: &World| world.zoom.as_ref().map(|zoom| (zoom.surface(world.seed), zoom.depth));
+    place(one) == place(other)
+}
+
 fn zoom_of(world: &World) -> Result<&crate::world::Zoom, Error> {
     world.zoom.as_ref().ok_or_else(|| Error::Missing("the world has no `zoom`".into()))
 }
 
 fn renderer(studio: &Studio, world: &World) -> Result<view::Renderer, Error> {
-    let zoom = zoom_of(world)?;
-    let (scale, samples) = DETAILS[0];
-    let film = film(world, studio.size, scale);
-    let settings = view::Settings { samples, ..zoom.settings(&film, world.fov) };
-    let mut renderer =
-        view::Renderer::new(&studio.gpu, zoom.surface(world.seed), settings, &world.light, &film)?;
+    let surface = zoom_of(world)?.surface(world.seed);
+    let settings = settings(world, studio.size)?;
+    let film = film(world, studio.size, DETAILS[0].0);
+    let mut renderer = view::Renderer::new(&studio.gpu, surface, settings, &world.light, &film)?;
     renderer.mark(studio.marks)?;
     renderer.share_the_device();
     Ok(renderer)
+}
+
+/// How its first picture is drawn.
+fn settings(world: &World, size: [u32; 2]) -> Result<view::Settings, Error> {
+    let (scale, samples) = DETAILS[0];
+    Ok(view::Settings { samples, ..zoom_of(world)?.settings(&film(world, size, scale), world.fov) })
 }
 
 fn film(world: &World, [width, height]: [u32; 2], scale: f32) -> Film {

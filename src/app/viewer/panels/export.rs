@@ -1,6 +1,7 @@
 //! The form for everything that `terrane export` can do, made from the declaration of its options: a new option needs no work here.
 //! What it yields are that command's arguments.
 
+use super::super::export::Said;
 use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, Command};
 use egui::{ComboBox, RichText, ScrollArea, TextEdit, Ui};
@@ -37,8 +38,7 @@ enum Widget {
 }
 
 /// Options that the viewer answers itself.
-const ANSWERED: &[&str] =
-    &["world", "set", "seed", "no_cache", "device", "memory_limit", "json", "quiet", "out", "help"];
+const ANSWERED: &[&str] = &["world", "set", "seed", "device", "memory_limit", "json", "quiet", "out", "help"];
 /// Those of an endless zoom, beside its layers.
 const OF_ZOOM: &[&str] = &["size", "from"];
 const LAYERS_OF_ZOOM: &[&str] = &["mesh", "tiles"];
@@ -82,8 +82,8 @@ impl Form {
         Some(text.lines().take_while(|line| !line.trim().is_empty()).collect::<Vec<_>>().join(" "))
     }
 
-    /// Shows the form. `progress` is what an export under way said last.
-    pub fn show(&mut self, ui: &mut Ui, is_zoom: bool, progress: Option<&str>) -> Option<Outcome> {
+    /// Shows the form, and what an export under way says.
+    pub fn show(&mut self, ui: &mut Ui, is_zoom: bool, said: Option<&Said>) -> Option<Outcome> {
         let mut outcome = None;
         ui.heading("Export");
         let mut out = self.out.display().to_string();
@@ -111,11 +111,19 @@ impl Form {
         if let Some(mistake) = &mistake {
             ui.colored_label(ui.visuals().error_fg_color, mistake);
         }
-        ui.horizontal(|ui| match progress {
-            Some(what) => {
-                ui.spinner();
-                let width = ui.available_width() - 80.0;
-                ui.add_sized([width, 0.0], egui::Label::new(what).truncate());
+        ui.horizontal(|ui| match said {
+            Some(Said { last, share, .. }) => {
+                let width = ui.available_width() - 70.0;
+                match share {
+                    Some(share) => {
+                        let text = RichText::new(last).small();
+                        ui.add(egui::ProgressBar::new(*share).desired_width(width).text(text));
+                    }
+                    None => {
+                        ui.spinner();
+                        ui.add_sized([width - 24.0, 0.0], egui::Label::new(last).truncate());
+                    }
+                }
                 if ui.button("Cancel").clicked() {
                     outcome = Some(Outcome::Cancel);
                 }

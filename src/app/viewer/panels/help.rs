@@ -1,6 +1,7 @@
 //! The page that explains keys and numbers.
 
 use super::super::keys::{Group, TABLE};
+use super::parameters::AGAIN;
 use egui::{Align, Label, Layout, RichText, ScrollArea, Ui};
 
 /// A number that the viewer shows, or a name of such.
@@ -40,6 +41,10 @@ const NUMBERS: &[(&str, &[Entry])] = &[
             entry("stage", "what happens now: base, settling, erosion, sea bed, reef"),
             entry("iteration", "of the stage, and how many it takes"),
             entry("a frame", "iterations between two pictures; fewer when a picture must not wait"),
+            entry(
+                AGAIN,
+                "beside a key of the world: another value begins the land, or the flight, again; all others are taken as they are",
+            ),
         ],
     ),
     (

@@ -1,17 +1,19 @@
 //! Every key of the world as a widget, made from the declarations of the keys and from nothing else: a new key needs no work here.
 
+mod foresight;
 mod help;
 mod sections;
 #[cfg(test)]
 mod tests;
 mod widgets;
 
+pub use foresight::Foresight;
 pub use widgets::call;
 
 use super::super::document::{Document, Refusal};
 use crate::world::schema::{Key, REQUIRED, Shape, Table, parse_item};
 use crate::world::{self, Edit, KeyPath};
-use egui::{Align, Label, Layout, RichText, Sense, Ui, vec2};
+use egui::{Align, Label, Layout, RichText, Sense, Ui, Vec2, vec2};
 use std::sync::LazyLock;
 use toml_edit::{DocumentMut, Item};
 
@@ -29,8 +31,8 @@ pub struct Wishes {
 static SHAPE: LazyLock<Table> = LazyLock::new(world::shape);
 
 /// Shows the keys of the world that the words of `filter` lead to, all without any.
-pub fn show(ui: &mut Ui, document: &Document, filter: &str) -> Wishes {
-    let mut panel = Panel::of(document);
+pub fn show(ui: &mut Ui, document: &Document, foresight: &mut Foresight, filter: &str) -> Wishes {
+    let mut panel = Panel { foresight: Some(foresight), ..Panel::of(document) };
     panel.words = filter.split_whitespace().map(str::to_lowercase).collect();
     let top = KeyPath::default();
     if !panel.words.is_empty() && !SHAPE.keys.iter().any(|key| panel.leads_to(key, "")) {
@@ -69,6 +71,8 @@ struct Panel<'a> {
     browse: Option<KeyPath>,
     /// Whether what is shown is not in the file yet.
     is_aside: bool,
+    /// Where it is told what begins the world again.
+    foresight: Option<&'a mut Foresight>,
 }
 
 /// A key with what is written for it.
@@ -103,6 +107,7 @@ impl<'a> Panel<'a> {
             edits: Vec::new(),
             browse: None,
             is_aside: false,
+            foresight: None,
         }
     }
 }
@@ -164,12 +169,13 @@ impl Panel<'_> {
         let wide = widgets::is_wide(entry);
         let height = ui.spacing().interact_size.y;
         let resettable = entry.written.is_some() && entry.key.default != REQUIRED;
+        let again = self.begins_again(entry);
         ui.horizontal(|ui| {
             let all = ui.available_width();
             let gap = ui.spacing().item_spacing.x;
             let rest = if resettable { RESET_WIDTH + gap } else { 0.0 };
             let width = if wide { (all - rest - gap).max(30.0) } else { (0.43 * all).min(150.0) };
-            name(ui, entry, width, height);
+            name(ui, entry, again, vec2(width, height));
             if !wide {
                 let size = vec2((all - width - RESET_WIDTH - 2.0 * gap).max(30.0), height);
                 ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
@@ -185,6 +191,14 @@ impl Panel<'_> {
                 ui.add_space(10.0);
                 self.value(ui, entry);
             });
+        }
+    }
+
+    /// Whether another value of a key begins the world again.
+    fn begins_again(&mut self, entry: &Entry) -> bool {
+        match &mut self.foresight {
+            Some(foresight) if !self.is_aside => foresight.begins_again(entry),
+            _ => false,
         }
     }
 
@@ -283,21 +297,42 @@ impl Panel<'_> {
 }
 
 /// A key's name, brighter where it differs from its default, with all that is known of the key when the mouse is over it.
-fn name(ui: &mut Ui, entry: &Entry, width: f32, height: f32) {
+fn name(ui: &mut Ui, entry: &Entry, again: bool, size: Vec2) {
     let text = RichText::new(title(entry.key.name));
     let text = match (entry.written.is_some(), entry.differs()) {
         (_, true) => text.color(ui.visuals().strong_text_color()),
         (true, false) => text,
         (false, _) => text.color(ui.visuals().weak_text_color()),
     };
-    ui.allocate_ui_with_layout(vec2(width, height), Layout::left_to_right(Align::Center), |ui| {
-        ui.set_min_width(width);
-        let (mark, _) = ui.allocate_exact_size(vec2(4.0, height), Sense::hover());
+    ui.allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+        ui.set_min_width(size.x);
+        let (mark, _) = ui.allocate_exact_size(vec2(4.0, size.y), Sense::hover());
         if entry.differs() {
             ui.painter().circle_filled(mark.center(), 2.0, ui.visuals().hyperlink_color);
         }
-        ui.add(Label::new(text).truncate().selectable(false)).on_hover_ui(|ui| help::of_key(ui, entry.key));
+        let label = |ui: &mut Ui| {
+            ui.add(Label::new(text).truncate().selectable(false))
+                .on_hover_ui(|ui| help::of_key(ui, entry.key));
+        };
+        if !again {
+            return label(ui);
+        }
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            sign(ui, &entry.path);
+            ui.with_layout(Layout::left_to_right(Align::Center), label);
+        });
     });
+}
+
+/// Beside keys that begin the world again.
+pub const AGAIN: &str = "⏮";
+
+/// Says that another value begins the world again.
+fn sign(ui: &mut Ui, path: &KeyPath) {
+    let text = RichText::new(AGAIN).small().color(ui.visuals().weak_text_color());
+    let sign =
+        ui.add(Label::new(text).selectable(false)).on_hover_text("Another value begins the world again.");
+    call(ui, &sign, format!("{path} begins the world again"));
 }
 
 /// A key's name as people read it.

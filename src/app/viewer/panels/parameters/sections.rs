@@ -1,7 +1,7 @@
 //! Keys that have keys of their own: tables, one of several things, lists, tables of names. Each is a heading that folds.
 
 use super::widgets::{POPUP, call, explained, text_field};
-use super::{Entry, Panel, help, is_section, title};
+use super::{Entry, Panel, help, is_section, sign, title};
 use crate::world::schema::{Alternative, Key, Names, REQUIRED, Shape, Table};
 use crate::world::{Edit, KeyPath, array_len};
 use egui::{
@@ -48,7 +48,12 @@ impl Panel<'_> {
         };
         // Without a default in the file's language nothing is there yet.
         let absent = item.is_none();
-        let is_open = self.heading(ui, entry, !is_word && !absent, |panel, ui| {
+        let again = !matches!(shape, Shape::Table(_)) || word.is_some();
+        let again = again && self.begins_again(entry);
+        let is_open = self.heading(ui, entry, !is_word && !absent, again, |panel, ui| {
+            if again {
+                sign(ui, path);
+            }
             if resettable(entry) {
                 panel.reset(ui, entry);
             }
@@ -119,6 +124,7 @@ impl Panel<'_> {
         ui: &mut Ui,
         entry: &Entry,
         can_open: bool,
+        again: bool,
         right: impl FnOnce(&mut Self, &mut Ui),
     ) -> bool {
         let forced = !self.words.is_empty() && self.leads_into(&entry.key.shape, &entry.path.to_string());
@@ -129,6 +135,7 @@ impl Panel<'_> {
             _ => 70.0,
         };
         let side = if entry.item().is_none() { 130.0 } else { side };
+        let side = if again { side + 18.0 } else { side };
         let strong = entry.written.is_some();
         let fold = Fold { name: &name, strong, can_open, forced, side };
         fold.show(ui, entry.path.to_string(), |ui| right(self, ui), |ui| help::of_key(ui, entry.key))

@@ -1,8 +1,11 @@
+use super::foresight::Question;
 use super::*;
 use crate::app::viewer::theme;
-use crate::world::Overrides;
+use crate::terrain::{Plan, Stage};
+use crate::world::{Overrides, World};
 use egui::{Context, Event, Key as Stroke, Modifiers, PointerButton, Pos2, RawInput, Rect, pos2};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::channel;
 
 const WIDTH: f32 = 300.0;
 /// A filter that every key passes.
@@ -12,6 +15,8 @@ const ALL: &str = "e";
 struct Screen {
     context: Context,
     document: Document,
+    foresight: Foresight,
+    stage: Stage,
     filter: String,
     height: f32,
     time: f64,
@@ -24,8 +29,16 @@ impl Screen {
         let document = Document::open(&path, &Overrides::default()).expect("a world");
         let context = Context::default();
         theme::apply(&context);
-        let mut screen =
-            Screen { context, document, filter: filter.into(), height, time: 0.0, texts: Vec::new() };
+        let mut screen = Screen {
+            context,
+            document,
+            foresight: Foresight::asking(channel().0, channel().1),
+            stage: Stage::Base,
+            filter: filter.into(),
+            height,
+            time: 0.0,
+            texts: Vec::new(),
+        };
         for _ in 0..3 {
             assert!(screen.frame(Vec::new()).is_empty(), "{world}: shown, and changed");
         }
@@ -42,7 +55,9 @@ impl Screen {
             ..RawInput::default()
         };
         let mut edits = Vec::new();
-        let output = self.context.run_ui(input, |ui| edits = show(ui, &self.document, &self.filter).edits);
+        let Screen { context, document, foresight, filter, .. } = self;
+        foresight.look_at(document, self.stage);
+        let output = context.run_ui(input, |ui| edits = show(ui, document, foresight, filter).edits);
         self.texts.clear();
         for clipped in output.shapes {
             texts(&clipped.shape, clipped.clip_rect, &mut self.texts);
@@ -55,6 +70,17 @@ impl Screen {
         let mut edits: Vec<Edit> = events.into_iter().flat_map(|event| self.frame(vec![event])).collect();
         edits.extend(self.frame(Vec::new()));
         edits
+    }
+
+    /// Every key has the sign that it begins the world again.
+    fn sign_all(&mut self) {
+        let ((questions, asked), (answer, answers)) = (channel(), channel());
+        self.foresight = Foresight::asking(questions, answers);
+        self.frame(Vec::new());
+        for Question { path, .. } in asked.try_iter() {
+            answer.send((path, true)).expect("it is awaited");
+        }
+        self.frame(Vec::new());
     }
 
     fn place(&self, text: &str) -> Pos2 {
@@ -130,10 +156,12 @@ fn set<'a>(edits: &'a [Edit], path: &str) -> &'a toml_edit::Value {
 #[test]
 fn every_world_is_shown_unchanged_and_nothing_overlaps() {
     for world in worlds() {
-        let screen = Screen::new(&world, ALL, 30_000.0);
+        let mut screen = Screen::new(&world, ALL, 30_000.0);
         // A zoom has no keys of land.
         let least = if world.starts_with("zoom") { 60 } else { 300 };
         assert!(screen.texts.len() > least, "{world}: {} texts", screen.texts.len());
+        screen.sign_all();
+        assert!(screen.has(AGAIN), "{world}");
         for (index, (text, rect)) in screen.texts.iter().enumerate() {
             assert!(rect.left() >= 0.0 && rect.right() <= WIDTH + 0.5, "{world}: {text:?} at {rect:?}");
             for (other, over) in &screen.texts[index + 1..] {
@@ -151,7 +179,7 @@ fn every_world_is_shown_unchanged_and_nothing_overlaps() {
 fn all_icons_are_in_the_fonts() {
     let screen = Screen::new("island/tiny.toml", "", 600.0);
     let font = egui::TextStyle::Body.resolve(&screen.context.global_style());
-    let missing: String = "⟲×⏶⏷²³⁻¹→°…·↑↓←"
+    let missing: String = "⟲⏮×⏶⏷²³⁻¹→°…·↑↓←"
         .chars()
         .filter(|icon| !screen.context.fonts_mut(|fonts| fonts.has_glyph(&font, *icon)))
         .collect();
@@ -370,4 +398,80 @@ fn elements_say_what_they_are() {
     assert_eq!(summary("{ file = \"rock.glb\" }"), "rock.glb");
     assert_eq!(summary("{ duration = 36_000, rise = 1 }"), "duration 36_000");
     assert_eq!(summary("{ crater = { level = 1 } }"), "crater");
+}
+
+/// Every key that a world shows, with other worlds in which it says something else, and whether the sign stands beside it.
+fn foreseen(world: &str, stage: Stage) -> Vec<(String, Vec<World>, bool)> {
+    let (questions, asked) = channel();
+    let (_answer, answers) = channel();
+    let mut screen = Screen::new(world, ALL, 30_000.0);
+    (screen.foresight, screen.stage) = (Foresight::asking(questions, answers), stage);
+    screen.frame(Vec::new());
+    let keys = asked.try_iter().map(|Question { of, path, edits }| {
+        let asked = of.upgrade().expect("it is shown");
+        let others = asked.others(&path, &edits);
+        let again = others.iter().any(|other| asked.begins_again_as(other));
+        (path.to_string(), others, again)
+    });
+    keys.collect()
+}
+
+#[test]
+fn the_sign_stands_beside_what_is_over() {
+    let signed = |stage| -> Vec<String> {
+        foreseen("island/volcano.toml", stage).into_iter().filter(|key| key.2).map(|key| key.0).collect()
+    };
+    let has = |keys: &[String], key: &str| keys.iter().any(|other| other == key);
+    let (first, last) = (signed(Stage::Hydraulic), signed(Stage::Reef));
+    for key in [
+        "seed",
+        "terrain.cells",
+        "terrain.extent",
+        "terrain.layers",
+        "sea.level",
+        "erosion.boundary",
+        "erosion",
+    ] {
+        assert!(has(&first, key) && has(&last, key), "{key}: {first:?}, {last:?}");
+    }
+    for key in ["erosion.hydraulic.rain", "erosion.hydraulic.transport", "erosion.thermal.repose"] {
+        assert!(!has(&first, key) && has(&last, key), "{key}: {first:?}, {last:?}");
+    }
+    for key in
+        ["render.exposure", "sea.roughness", "surface.grass", "reef.growth", "camera.fov", "controls.rain"]
+    {
+        assert!(!has(&first, key) && !has(&last, key), "{key}: {first:?}, {last:?}");
+    }
+    let zoom = foreseen("zoom/tiny.toml", Stage::Base);
+    let again = |key: &str| zoom.iter().any(|(path, _, again)| path == key && *again);
+    assert!(again("zoom.roughness") && again("zoom.depth") && again("seed"), "another place");
+    assert!(!again("zoom.detail") && !again("render.exposure") && !again("sky"), "another look");
+}
+
+/// The cache knows land of each stage by a digest of all that has made it.
+#[test]
+fn the_sign_agrees_with_what_the_cache_knows_land_by() {
+    for (world, stage) in [
+        ("island/volcano.toml", Stage::Hydraulic),
+        ("island/volcano.toml", Stage::Reef),
+        ("forest/tiny.toml", Stage::Base),
+    ] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("configs").join(world);
+        let now = crate::world::load(&path, &Overrides::default()).expect("a world").plan;
+        let made = |plan: &Plan| {
+            let before = plan.stages().iter().filter(|(other, _)| *other < stage).count();
+            plan.digests().expect("digests").into_iter().take(before).collect::<Vec<_>>()
+        };
+        for (key, others, again) in foreseen(world, stage) {
+            assert!(!others.is_empty(), "{world}: nothing is known of {key}");
+            let differs = others.iter().any(|other| made(&other.plan) != made(&now));
+            let is_same = others.iter().all(|other| other.plan == now);
+            // These are looked up as the land is made.
+            assert!(
+                again || !differs || key.starts_with("controls"),
+                "{world}, {stage:?}: {key} changes what is over"
+            );
+            assert!(!again || !is_same, "{world}, {stage:?}: {key} changes no land");
+        }
+    }
 }

@@ -1,26 +1,30 @@
 //! What lies before the user: the picture of the world, and the panels round it.
 
+mod files;
+
+use self::files::Next;
 use super::camera::Steering;
 use super::document::{Document, OnDisk};
 use super::engine::{Command, Course, Engine, Frame, News, Pose, Section, Status, WorldStatus};
 use super::export::Export;
 use super::keys::{self, Action, Motion};
-use super::panels::files::{self, Chooser, Chosen, Notice, Purpose, Recent, Recovery, Unsaved};
-use super::panels::parameters::Wishes;
-use super::panels::{export as form, help, land, parameters, picture, plants, timings, welcome, zoom};
+use super::panels::files::{Chooser, Purpose};
+use super::panels::parameters::{Foresight, Wishes};
+use super::panels::{export as form, land, parameters, picture, plants, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
 #[cfg(feature = "reload")]
 use super::shaders::{Replaced, Shaders};
 use super::state::{self, Bookmark, State};
+use super::theme;
 use super::window::WORLD;
-use super::{shipped, theme};
 use crate::app::Error;
+use crate::app::cli::options::DeviceOptions;
 use crate::gpu::{Image, Pacing, Timing, format::Rgba8};
-use crate::world::{KeyPath, Overrides, World};
+use crate::terrain::Stage;
+use crate::world::{KeyPath, World};
 use crate::zoom::marks::Marks;
 use egui::{Align2, Color32, Context, MenuBar, Panel, PointerButton, Rect, RichText, Sense, Ui, Vec2, vec2};
-use notify::Watcher;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -41,14 +45,6 @@ pub enum Wish {
     #[cfg(feature = "reload")]
     Reprogram,
     Close,
-}
-
-/// What is waited for until the user has said what becomes of changes.
-#[derive(Clone, Debug)]
-enum Next {
-    Close,
-    New,
-    Open(PathBuf),
 }
 
 /// What menus have and keys have not.
@@ -78,6 +74,8 @@ pub struct Desk {
     chooser: Chooser,
     form: Option<form::Form>,
     export: Option<Export>,
+    /// What exports run on, too.
+    device: DeviceOptions,
     watcher: Option<notify::RecommendedWatcher>,
     touched: Arc<AtomicBool>,
     on_disk: OnDisk,
@@ -100,6 +98,8 @@ pub struct Desk {
     code: zoom::Code,
     marks: Marks,
     filter: String,
+    /// What changes of the world would do.
+    foresight: Foresight,
     panels: bool,
     help: bool,
 
@@ -134,10 +134,13 @@ impl Desk {
         context: &Context,
         engine: Engine,
         wake: Arc<dyn Fn() + Send + Sync>,
+        device: DeviceOptions,
         document: Option<Document>,
         (folder, state, warning): (Option<PathBuf>, State, Option<String>),
     ) -> Desk {
         theme::apply(context);
+        let waker = wake.clone();
+        let foreseen = move || waker();
         let mut desk = Desk {
             engine,
             wake,
@@ -153,6 +156,7 @@ impl Desk {
             chooser: Chooser::default(),
             form: None,
             export: None,
+            device,
             watcher: None,
             touched: Arc::default(),
             on_disk: OnDisk::Same,
@@ -171,6 +175,7 @@ impl Desk {
             code: Default::default(),
             marks: Marks::default(),
             filter: String::new(),
+            foresight: Foresight::new(foreseen),
             panels: true,
             help: false,
             size: [0, 0],
@@ -224,75 +229,6 @@ impl Desk {
         self.messages.push((Instant::now(), sentence, bad));
     }
 
-    /// Shows a world.
-    fn take(&mut self, document: Document) {
-        let world = document.world().clone();
-        self.wishes.push(Wish::Title(format!("{} - terrane", world.name)));
-        self.state.opened(document.source());
-        self.engine.send(Command::Open(world.clone()));
-        self.awaited += 1;
-        self.messages.clear();
-        (self.frame, self.status, self.look, self.on_disk) = Default::default();
-        self.timings.clear();
-        self.exposure = picture::Exposure::of(&world);
-        self.shown = Some(world);
-        self.watch(&document);
-        self.document = Some(document);
-    }
-
-    /// Looks whether somebody else writes to the file.
-    fn watch(&mut self, document: &Document) {
-        self.watcher = None;
-        let Some(path) = document.path() else { return };
-        let (touched, wake) = (self.touched.clone(), self.wake.clone());
-        let name = path.file_name().map(ToOwned::to_owned);
-        let told = move |event: notify::Result<notify::Event>| {
-            let ours = |path: &PathBuf| path.file_name().map(ToOwned::to_owned) == name;
-            if event.is_ok_and(|event| !event.kind.is_access() && event.paths.iter().any(ours)) {
-                touched.store(true, Ordering::Relaxed);
-                wake();
-            }
-        };
-        // Where files can't be watched, they are read again when asked for.
-        let Ok(mut watcher) = notify::recommended_watcher(told) else { return };
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if watcher.watch(folder, notify::RecursiveMode::NonRecursive).is_ok() {
-            self.watcher = Some(watcher);
-        }
-    }
-
-    fn open(&mut self, path: &Path) {
-        match Document::open(path, &Overrides::default()) {
-            Ok(document) => self.take(document),
-            Err(error) => self.say(error.to_string(), true),
-        }
-    }
-
-    /// Does what comes next, or asks first what becomes of changes.
-    fn ask_for(&mut self, next: Next) {
-        self.next = Some(next);
-        self.go_on();
-    }
-
-    fn do_next(&mut self) {
-        match self.next.take() {
-            Some(Next::Close) => {
-                if let Some(keeper) = &mut self.keeper {
-                    keeper.forget();
-                }
-                // Or it would be kept for the next start.
-                self.document = None;
-                self.over = true;
-            }
-            Some(Next::New) => match Document::untitled("untitled", "format = 1\n", Path::new("")) {
-                Ok(document) => self.take(document),
-                Err(error) => self.say(error.to_string(), true),
-            },
-            Some(Next::Open(path)) => self.open(&path),
-            None => {}
-        }
-    }
-
     /// Takes in what the engine has to say.
     ///
     /// # Errors
@@ -322,43 +258,10 @@ impl Desk {
         }
         #[cfg(feature = "reload")]
         self.look_at_shaders();
-        if let Some(ended) = self.export.as_mut().and_then(Export::ended) {
-            self.export = None;
-            match ended {
-                Ok(said) => {
-                    self.form = None;
-                    self.say(format!("exported; {said}"), false);
-                }
-                Err(said) => self.say(said, true),
-            }
-        }
+        self.look_at_export();
         match is_dead {
             true => Err(Error::Window("the engine has ended; what it said is above".into())),
             false => Ok(()),
-        }
-    }
-
-    /// Somebody has written to the world's file.
-    fn look_at_file(&mut self) {
-        let Some(document) = &mut self.document else { return };
-        self.on_disk = document.on_disk();
-        document.note_gone(matches!(self.on_disk, OnDisk::Gone));
-        if matches!(self.on_disk, OnDisk::Changed) && !document.is_dirty() {
-            self.reload();
-        }
-    }
-
-    fn reload(&mut self) {
-        let Some(document) = &mut self.document else { return };
-        match document.reload() {
-            Ok(new) => {
-                self.on_disk = document.on_disk();
-                if new {
-                    self.say("read the file again".into(), false);
-                }
-            }
-            // It is shown beside the document.
-            Err(_) => self.on_disk = OnDisk::Same,
         }
     }
 
@@ -375,11 +278,6 @@ impl Desk {
         std::mem::take(&mut self.wishes)
     }
 
-    /// Closes, or asks first what becomes of changes.
-    pub fn ask_to_close(&mut self) {
-        self.ask_for(Next::Close);
-    }
-
     /// What changes there are, is kept for the next start.
     pub fn close(&mut self) {
         self.over = true;
@@ -387,24 +285,6 @@ impl Desk {
 
     pub fn is_over(&self) -> bool {
         self.over
-    }
-
-    /// Keeps what has not been saved, and what is remembered; `window` is where that stands.
-    pub fn keep(&mut self, window: Option<state::Window>) {
-        if let (Some(keeper), Some(document)) = (&mut self.keeper, &self.document) {
-            // Nobody is left to be told.
-            let _ = keeper.keep(document);
-        }
-        self.state.window = match (window, self.state.window) {
-            // It has the screen's size.
-            (Some(window), Some(before)) if window.maximised => {
-                Some(state::Window { maximised: true, ..before })
-            }
-            (window, before) => window.or(before),
-        };
-        if let Some(folder) = &self.folder {
-            let _ = self.state.save(folder);
-        }
     }
 
     /// The panels and the picture of one frame.
@@ -580,133 +460,6 @@ impl Desk {
                 speed: self.speed.exp2() * fast,
             }
         })
-    }
-
-    /// Worlds that are dropped on the window.
-    fn dropped(&mut self, ui: &Ui) {
-        let path = ui.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
-        if let Some(path) = path {
-            self.ask_for(Next::Open(path));
-        }
-    }
-
-    // Files -----------------------------------------------------------------------------------------------------------
-
-    fn ask(&mut self, purpose: Purpose, name: &str) {
-        self.look_round(false);
-        let folder =
-            self.document.as_ref().and_then(|document| document.source().parent()).map(Path::to_path_buf);
-        self.chooser.ask(purpose, &folder.unwrap_or_default(), name);
-    }
-
-    fn name(&self, ending: &str) -> String {
-        let name = self.document.as_ref().map_or("world", |document| document.world().name.as_str());
-        format!("{name}.{ending}")
-    }
-
-    fn ask_where_to_save(&mut self) {
-        self.ask(Purpose::SaveAs, &self.name("toml"));
-    }
-
-    fn ask_for_picture(&mut self) {
-        self.ask(Purpose::Picture, &self.name("png"));
-    }
-
-    fn save(&mut self) {
-        let Some(document) = &mut self.document else { return };
-        if document.path().is_none() {
-            return self.ask_where_to_save();
-        }
-        match document.save() {
-            Ok(()) => {
-                self.on_disk = OnDisk::Same;
-                self.say("saved".into(), false);
-            }
-            Err(error) => {
-                self.on_disk = document.on_disk();
-                self.say(error.to_string(), true);
-            }
-        }
-    }
-
-    fn save_as(&mut self, path: &Path) {
-        let Some(document) = &mut self.document else { return };
-        match document.save_as(path) {
-            Ok(()) => {
-                self.on_disk = OnDisk::Same;
-                self.state.opened(path);
-                self.wishes.push(Wish::Title(format!("{} - terrane", document.world().name)));
-                if let Some(document) = self.document.take() {
-                    self.watch(&document);
-                    self.document = Some(document);
-                }
-                self.say(format!("saved as {}", path.display()), false);
-            }
-            Err(error) => self.say(error.to_string(), true),
-        }
-    }
-
-    fn chosen(&mut self, Chosen { purpose, path }: Chosen) {
-        match purpose {
-            Purpose::Open | Purpose::OpenFolder => self.ask_for(Next::Open(path)),
-            Purpose::SaveAs => {
-                self.save_as(&path);
-                self.go_on();
-            }
-            Purpose::ExportFolder => {
-                if let Some(form) = &mut self.form {
-                    form.set_out(&path.join(""));
-                }
-            }
-            Purpose::ExportFile => {
-                if let Some(form) = &mut self.form {
-                    form.set_out(&path);
-                }
-            }
-            Purpose::Picture => self.engine.send(Command::Picture(path)),
-            Purpose::Key(key) => {
-                if let Some(document) = &mut self.document {
-                    let name = files::name_in_world(document, &path);
-                    document.set(&key, name.into());
-                }
-            }
-        }
-    }
-
-    /// Does what waited for changes to be saved.
-    fn go_on(&mut self) {
-        if !self.document.as_ref().is_some_and(Document::is_dirty) && self.strokes() == 0 {
-            self.do_next();
-        }
-    }
-
-    /// Strokes of the brush on the land: no world file has them.
-    fn strokes(&self) -> usize {
-        match &self.status.world {
-            WorldStatus::Land { strokes, .. } => *strokes,
-            _ => 0,
-        }
-    }
-
-    fn open_form(&mut self) {
-        let Some(document) = &self.document else { return };
-        let out = document.source().with_extension("").join("");
-        self.form = Some(form::Form::new(crate::app::cli::export_command(), &out));
-    }
-
-    fn choose(&mut self, choice: welcome::Choice) {
-        match choice {
-            welcome::Choice::Shipped(world) => {
-                let folder = self.folder.clone().unwrap_or_else(std::env::temp_dir);
-                match shipped::unpack(world, &folder) {
-                    Ok(path) => self.open(&path),
-                    Err(error) => self.say(error.to_string(), true),
-                }
-            }
-            welcome::Choice::Recent(Recent::Open(path)) => self.open(&path),
-            welcome::Choice::Recent(Recent::Forget(path)) => self.state.forget(&path),
-            welcome::Choice::Open => self.ask(Purpose::Open, ""),
-        }
     }
 
     // Places ----------------------------------------------------------------------------------------------------------
@@ -909,31 +662,6 @@ impl Desk {
         clicked
     }
 
-    fn notices(&mut self, ui: &mut Ui) {
-        let Some(document) = &self.document else { return };
-        if document.refused().is_none() && matches!(self.on_disk, OnDisk::Same) {
-            return;
-        }
-        let notice = Panel::top("notice").show(ui, |ui| files::notice(ui, document, self.on_disk)).inner;
-        match notice {
-            Some(Notice::Reload) => self.reload(),
-            Some(Notice::Overwrite) => {
-                let result = self.document.as_mut().map(Document::overwrite);
-                match result {
-                    Some(Err(error)) => self.say(error.to_string(), true),
-                    _ => self.on_disk = OnDisk::Same,
-                }
-            }
-            Some(Notice::SaveAs) => self.ask_where_to_save(),
-            Some(Notice::Dismiss) => {
-                if let Some(document) = &mut self.document {
-                    document.forget_refusal();
-                }
-            }
-            None => {}
-        }
-    }
-
     fn status_bar(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
             match (&self.status.work, &self.status.world) {
@@ -1009,7 +737,15 @@ impl Desk {
             let width = ui.available_width();
             ui.add(egui::TextEdit::singleline(&mut self.filter).hint_text("find a key").desired_width(width));
         });
-        wishes.push(parameters::show(ui, document, &self.filter));
+        // Not while it is dragged: each value would be another question.
+        if !ui.input(|input| input.pointer.any_down()) {
+            let stage = match &self.status.world {
+                WorldStatus::Land { progress, .. } => progress.stage,
+                WorldStatus::None | WorldStatus::Zoom { .. } => Stage::Base,
+            };
+            self.foresight.look_at(document, stage);
+        }
+        wishes.push(parameters::show(ui, document, &mut self.foresight, &self.filter));
         for Wishes { edits, browse } in wishes {
             if let Some(document) = &mut self.document {
                 for edit in &edits {
@@ -1025,94 +761,6 @@ impl Desk {
         }
         if save {
             self.ask_for_picture();
-        }
-    }
-
-    /// Dialogs, and the help page.
-    fn windows(&mut self, context: &Context) {
-        if let Some(chosen) = self.chooser.show(context) {
-            self.chosen(chosen);
-        }
-        let mut help = self.help;
-        let most = context.content_rect().size() - vec2(40.0, 60.0);
-        egui::Window::new("Help")
-            .open(&mut help)
-            .default_size(vec2(560.0, 520.0).min(most))
-            .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
-            .show(context, help::show);
-        self.help = help;
-        self.show_form(context);
-        match files::recovery(context, &self.pending) {
-            Some(Recovery::Open(index)) if index < self.pending.len() => {
-                let pending = self.pending.remove(index);
-                match pending.open() {
-                    Ok(document) => {
-                        self.take(document);
-                        if let (Some(keeper), Some(document)) = (&mut self.keeper, &self.document)
-                            && keeper.keep(document).is_ok()
-                        {
-                            pending.discard();
-                        }
-                    }
-                    Err(error) => self.say(error.to_string(), true),
-                }
-                self.pending.clear();
-            }
-            Some(Recovery::Discard(index)) if index < self.pending.len() => {
-                self.pending.remove(index).discard()
-            }
-            Some(Recovery::Later) => self.pending.clear(),
-            _ => {}
-        }
-        if let (Some(_), Some(document), false) = (&self.next, &self.document, self.chooser.is_open()) {
-            let answer = match document.is_dirty() {
-                true => files::unsaved(context, document),
-                false => files::painted(context),
-            };
-            match answer {
-                Some(Unsaved::Save) => {
-                    self.save();
-                    self.go_on();
-                }
-                Some(Unsaved::Discard) => {
-                    self.do_next();
-                }
-                Some(Unsaved::Cancel) => self.next = None,
-                None => {}
-            }
-        }
-    }
-
-    fn show_form(&mut self, context: &Context) {
-        let Some(form) = &mut self.form else { return };
-        let is_zoom = self.document.as_ref().is_some_and(|document| document.world().zoom.is_some());
-        let said = self.export.as_ref().map(Export::progress);
-        if said.is_some() {
-            context.request_repaint_after(Duration::from_millis(200));
-        }
-        let most = context.content_rect().size() - vec2(40.0, 60.0);
-        let outcome = egui::Window::new("Export")
-            .title_bar(false)
-            .fixed_size(vec2(460.0, 520.0).min(most))
-            .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
-            .show(context, |ui| form.show(ui, is_zoom, said.as_deref()))
-            .and_then(|shown| shown.inner.flatten());
-        match outcome {
-            Some(form::Outcome::Export(arguments)) => {
-                let Some(document) = &self.document else { return };
-                match Export::begin(document, &arguments) {
-                    Ok(export) => self.export = Some(export),
-                    Err(error) => self.say(error.to_string(), true),
-                }
-            }
-            Some(form::Outcome::ChooseFolder) => self.ask(Purpose::ExportFolder, ""),
-            Some(form::Outcome::ChooseFile) => self.ask(Purpose::ExportFile, &self.name("tiff")),
-            Some(form::Outcome::Cancel) if self.export.is_some() => {
-                self.export = None;
-                self.say("the export was ended; files that had been written are whole".into(), false);
-            }
-            Some(form::Outcome::Cancel) => self.form = None,
-            None => {}
         }
     }
 
@@ -1134,10 +782,11 @@ impl Desk {
             self.mark(&painter, rect);
         } else {
             let failed = self.messages.iter().any(|(.., bad)| *bad) && self.engine.is_idle();
-            let text = match &self.status.work {
-                _ if failed => "There is nothing to show.".into(),
-                Some((what, ..)) => format!("{what} …"),
-                None => "opening …".into(),
+            let text = if failed {
+                "There is nothing to show.".into()
+            } else {
+                let what = self.status.work.as_ref().map_or("opening", |(what, ..)| what);
+                format!("{what} …")
             };
             painter.text(
                 rect.center(),
