@@ -111,12 +111,11 @@ fn what_is_raised_out_of_the_sea_is_dry() {
     for mut simulation in [eroding(&gpu, &everything()), finished(&gpu, &everything())] {
         let sea = simulation.sea_level_now();
         let before = layer(&gpu, &simulation, Layer::Height);
-        let mut raise = |at| {
+        for at in [[250.0, 0.0], [-200.0, 150.0], [0.0, -250.0]] {
             let brush = Brush { kind: BrushKind::Raise, at, radius: 250.0, strength: 40.0 };
             simulation.brush(brush).unwrap();
             simulation.brush(brush).unwrap();
-        };
-        [[250.0, 0.0], [-200.0, 150.0], [0.0, -250.0]].map(&mut raise);
+        }
         let [after, water] = [Layer::Height, Layer::Water].map(|of| layer(&gpu, &simulation, of));
         let is_land = |index: &usize| before[*index] < sea && after[*index] >= sea;
         let land: Vec<usize> = (0..before.len()).filter(is_land).collect();
