@@ -172,6 +172,8 @@ fn difference(text: &str) -> String {
     let Some((_, built)) = BUILT.split_once(head) else { return String::new() };
     let rest = text.get(head.len()..).unwrap_or_default();
     match rest.lines().zip(built.lines()).find(|(new, old)| new != old) {
+        Some((new, "}" | "    }")) => format!(" (`{}` is new)", new.trim()),
+        Some(("}" | "    }", old)) => format!(" (`{}` is gone)", old.trim()),
         Some((new, old)) => format!(" (`{}` in place of `{}`)", new.trim(), old.trim()),
         None => String::new(),
     }

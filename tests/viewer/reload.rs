@@ -101,7 +101,7 @@ fn another_interface_is_refused() {
         ("viewer/panel.frag", "rgba8", "rgba16f", "Rgba16f"),
         ("viewer/panel.frag", "location = 0) out", "location = 1) out", "Writes 1"),
         ("scene/develop.comp", "local_size_y = 8", "local_size_y = 4", "[8, 4, 1]"),
-        ("viewer/panel.vert", "uint colour; ", "uint colour, depth; ", "glsl/viewer/panel.vert"),
+        ("viewer/panel.vert", "uint colour; ", "uint colour, depth; ", "`pub depth: u32,` is new"),
     ] {
         let changes = desk.edit(file, from, to);
         let refusal = refusal(&changes);

@@ -145,7 +145,8 @@ impl ApplicationHandler<Wake> for Application<'_> {
     }
 
     fn user_event(&mut self, _: &ActiveEventLoop, Wake: Wake) {
-        if let Some(open) = &self.open {
+        // A script that waits looks up by itself.
+        if let Some(open) = self.open.as_ref().filter(|open| !open.is_patient()) {
             open.window.request_redraw();
         }
     }
@@ -304,10 +305,13 @@ impl Application<'_> {
 impl Open {
     /// Whether frames are drawn though nothing changes.
     fn is_counting(&self, arguments: &Arguments) -> bool {
-        match &self.player {
-            Some(player) => !player.is_patient(),
-            None => arguments.after_frames.is_some() || arguments.exit_after.is_some(),
-        }
+        let counts = arguments.after_frames.is_some() || arguments.exit_after.is_some();
+        !self.is_patient() && (counts || self.player.is_some())
+    }
+
+    /// Whether a script waits for the world.
+    fn is_patient(&self) -> bool {
+        self.player.as_ref().is_some_and(Player::is_patient)
     }
 
     /// One frame: `Some` if it was the last.
@@ -367,7 +371,7 @@ impl Open {
             Shown::Again => self.pace.due = Some(Instant::now() + Duration::from_millis(5)),
             Shown::No => self.pace.due = Some(Instant::now() + Duration::from_millis(50)),
         }
-        if self.player.as_ref().is_some_and(Player::is_patient) {
+        if self.is_patient() {
             let glance = Instant::now() + GLANCE;
             self.pace.due = Some(self.pace.due.map_or(glance, |due| due.min(glance)));
         }

@@ -213,6 +213,9 @@ impl Desk {
         while let Some(Replaced { rooms, files, refusals }) =
             self.shaders.as_ref().and_then(Shaders::replaced)
         {
+            // What was wrong with them is mended.
+            self.messages
+                .retain(|(_, said, bad)| !bad || !files.iter().any(|file| said.contains(file.as_str())));
             refusals.into_iter().for_each(|refusal| self.say(refusal, true));
             if rooms.is_empty() {
                 continue;
