@@ -330,7 +330,9 @@ impl Desk {
     /// Tells the engine what the document has become, and keeps what is not saved.
     fn follow(&mut self, ui: &Ui) {
         let Some(document) = &mut self.document else { return };
-        if !ui.input(|input| input.pointer.any_down()) {
+        // A number that is being written says something at each digit.
+        let is_writing = ui.ctx().egui_wants_keyboard_input();
+        if !is_writing && !ui.input(|input| input.pointer.any_down()) {
             document.settle();
         }
         let world = document.world().clone();
