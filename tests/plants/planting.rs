@@ -575,11 +575,19 @@ fn cover_stands_where_it_stands_whatever_the_camera_does() {
 fn cover_follows_a_camera_round_what_stands() {
     let ground = level(400.0);
     let kinds = kinds();
-    let rules = [rule(OAK, dense(9.0)), cover(2.0, 10.0, 60.0), rule(OAK, dense(40.0))];
+    let carried = planting::Grid {
+        offset: vec2(0.0, -14.0),
+        cells: [5, 2],
+        cell_size: 5.0,
+        probability: 0.7,
+        jitter: 0.5,
+    };
+    let (shrubs, grass) = (rule(SHRUB, Places::Grid(carried)), cover(2.0, 10.0, 60.0));
+    let rules = [rule(OAK, dense(9.0)), shrubs, grass, rule(OAK, dense(40.0))];
     let nowhere = camera(vec2(1e4, 0.0));
     let mut planter = Planter::new(&rules, &kinds, &ground, &nowhere);
     while !planter.asks_camera() && planter.step().unwrap() {}
-    assert_eq!(planter.progress(), (1, 3));
+    assert_eq!(planter.progress(), (1, 4));
     let standing = planter.into_standing();
     for eye in [vec2(0.0, 0.0), vec2(30.0, -20.0)] {
         let camera = camera(eye);

@@ -147,9 +147,9 @@ pub const MOST_PLANTS: u64 = 10_000_000;
 pub const PLANT_BYTES: u64 = (size_of::<Plant>() + size_of::<Instance>() + size_of::<Circle>() + 4) as u64;
 
 impl Rule {
-    /// Whether it plants where the camera is.
+    /// Whether it plants where the camera is: cover round it, or a grid that it carries along.
     fn is_cover(&self) -> bool {
-        matches!(self.places, Places::Cover(_))
+        matches!(self.places, Places::Cover(_) | Places::Grid(_))
     }
 
     /// One of the kinds by their shares.

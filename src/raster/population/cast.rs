@@ -99,8 +99,9 @@ impl Pass {
         sheets: &Sheets,
         (map, batch): (usize, &Batch),
     ) -> gpu::Result<()> {
-        let instances = shapes::upload(gpu, "instances", &batch.instances)?;
+        let instances = Buffer::new(gpu, "instances", batch.instances.len())?;
         let mut rec = Recorder::new(gpu);
+        rec.upload(&instances, &batch.instances);
         let targets = Targets { color: &[&sheets.maps], depth: Some(&sheets.depth), load: Load::Keep };
         rec.render(&targets, |draws| {
             for (shape, draw) in &batch.draws {

@@ -31,8 +31,8 @@ use view::{Frustum, Resolution, Seen};
 /// Of a submission that no window waits for: a device that draws in software does some millions a second.
 const MOST_TRIANGLES: u32 = 1 << 20;
 
-/// Of any: drawing takes some time by itself.
-const LEAST_TRIANGLES: u32 = 1 << 14;
+/// Of any: a submission takes some time by itself.
+const LEAST_TRIANGLES: u32 = 1 << 16;
 
 fn most(pace: Pace) -> u32 {
     pace.fits(SLICE).max(LEAST_TRIANGLES)
@@ -169,8 +169,9 @@ impl Passes {
             return Ok(false);
         };
         pace.time(batch.triangles, || {
-            let instances = shapes::upload(gpu, "instances", &batch.instances)?;
+            let instances = Buffer::new(gpu, "instances", batch.instances.len())?;
             let mut rec = Recorder::new(gpu);
+            rec.upload(&instances, &batch.instances);
             let targets = Targets { color: &[range, plant], depth: Some(depth), load: Load::Keep };
             rec.render(&targets, |draws| {
                 for (shape, draw) in &batch.draws {
