@@ -4,7 +4,7 @@
 use super::{Error, report::Report};
 use crate::formats::file;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 /// When the first signal to end came.
@@ -51,9 +51,12 @@ fn end() {
 /// Whether the work under way is of no use any more, though the program goes on.
 static CANCELLED: AtomicBool = AtomicBool::new(false);
 
+/// How many wait for the end of what is under way.
+static ENDINGS: AtomicUsize = AtomicUsize::new(0);
+
 /// Whether an interruption has been asked for.
 pub fn requested() -> bool {
-    REQUESTED.get().is_some() || CANCELLED.load(Ordering::Relaxed)
+    REQUESTED.get().is_some() || CANCELLED.load(Ordering::Relaxed) || ENDINGS.load(Ordering::Relaxed) > 0
 }
 
 /// Whether the program has been asked to end.
@@ -66,6 +69,26 @@ pub fn asked() -> bool {
 #[cfg(feature = "viewer")]
 pub fn cancel(on: bool) {
     CANCELLED.store(on, Ordering::Relaxed);
+}
+
+/// As long as there is one, the work under way ends as [`cancel`] ends it, and what that was told stays.
+#[cfg(feature = "viewer")]
+pub struct Ending(());
+
+#[cfg(feature = "viewer")]
+impl Ending {
+    #[expect(clippy::new_without_default, reason = "it does something")]
+    pub fn new() -> Ending {
+        ENDINGS.fetch_add(1, Ordering::Relaxed);
+        Ending(())
+    }
+}
+
+#[cfg(feature = "viewer")]
+impl Drop for Ending {
+    fn drop(&mut self) {
+        ENDINGS.fetch_sub(1, Ordering::Relaxed);
+    }
 }
 
 /// Whether it has been asked since the last look that what there is be written.

@@ -338,7 +338,7 @@ impl Document {
     /// Reads the file again, as a step that can be undone, and says whether anything is new.
     ///
     /// # Errors
-    /// When it can't be read or makes no world: the old one stays, and [`Document::refused`] tells, too.
+    /// When it can't be read, or makes no world ([`Document::refused`] tells that, too): the old one stays.
     pub fn reload(&mut self) -> Result<bool, Error> {
         let Some(path) = self.path.clone() else { return Err(Error::NoFile(self.source.clone())) };
         let text = read(&path)?;

@@ -217,7 +217,7 @@ pub const TABLE: &[Row] = &[
     press(Group::Window, Action::TogglePanels, &[key(Key::F1)], "show or hide the panels"),
     press(Group::Window, Action::Help, &[key(Key::F2), key(Key::Questionmark)], "this page"),
     press(Group::Window, Action::FullScreen, &[key(Key::F11)], "fill the screen"),
-    press(Group::Window, Action::Screenshot, &[key(Key::F12)], "write the picture without panels as a PNG"),
+    press(Group::Window, Action::Screenshot, &[key(Key::F12)], "write the picture without panels"),
     press(Group::Window, Action::Quit, &[command(Key::Q)], "leave; what is not saved is asked about"),
 ];
 

@@ -416,7 +416,7 @@ impl Open {
     fn keep(&mut self, arguments: &Arguments) {
         let factor = self.window.scale_factor();
         let inner = self.window.inner_size().to_logical::<u32>(factor);
-        let is_asked_for = arguments.size.is_some() || self.player.is_some();
+        let is_asked_for = arguments.size.is_some() || arguments.script.is_some();
         let position = self.window.outer_position().ok().map(|position| position.to_logical::<i32>(factor));
         let is_usual =
             !is_asked_for && self.window.fullscreen().is_none() && inner.width > 0 && inner.height > 0;

@@ -653,9 +653,7 @@ impl Passes {
         }
         Ok(())
     }
-}
 
-impl Passes {
     /// The same for the program of plants.
     fn prepare_foliage(&mut self, gpu: &Gpu, detail: Detail, sky: u32) -> gpu::Result<()> {
         let program = &mut self.foliage[detail as usize];

@@ -1,7 +1,7 @@
 //! The file that lies on the desk: opened, watched, saved, exported; and the dialogs that ask about it.
 
 use super::{Desk, Wish};
-use crate::app::viewer::document::{Document, OnDisk};
+use crate::app::viewer::document::{self, Document, OnDisk};
 use crate::app::viewer::engine::{Command, WorldStatus};
 use crate::app::viewer::export::{Ended, Export};
 use crate::app::viewer::panels::files::{self, Chosen, Notice, Purpose, Recent, Recovery, Unsaved};
@@ -27,12 +27,17 @@ impl Desk {
     pub(super) fn take(&mut self, document: Document) {
         let world = document.world().clone();
         self.wishes.push(Wish::Title(format!("{} - terrane", world.name)));
-        self.state.opened(document.source());
+        // A world without a file yet can't be opened again.
+        if document.source().exists() {
+            self.state.opened(document.source());
+        }
         self.engine.send(Command::Open(world.clone()));
         self.awaited += 1;
         self.messages.clear();
         (self.frame, self.status, self.look, self.on_disk) = Default::default();
         self.timings.clear();
+        // What is shown or asked about the world before goes with it.
+        (self.form, self.section, self.pointed, self.brush) = Default::default();
         self.exposure = picture::Exposure::of(&world);
         self.shown = Some(world);
         self.watch(&document);
@@ -131,8 +136,13 @@ impl Desk {
                     self.say("read the file again".into(), false);
                 }
             }
-            // It is shown beside the document.
-            Err(_) => self.on_disk = OnDisk::Same,
+            Err(error) => {
+                self.on_disk = OnDisk::Same;
+                // What is wrong with a world is shown beside it.
+                if !matches!(error, document::Error::World(_)) {
+                    self.say(error.to_string(), true);
+                }
+            }
         }
     }
 

@@ -5,10 +5,9 @@ use super::trace::{Ended, REST, Trace};
 use super::{Command, Frame, Means, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
 use crate::app::population::{self, Sight};
 use crate::app::viewer::camera::Rig;
-use crate::app::{Error, interrupt, keep::Keeper, land};
+use crate::app::{Error, keep::Keeper, land};
 use crate::core::camera::Pinhole;
 use crate::core::pace::SLICE;
-use crate::formats;
 use crate::gpu::{
     Gpu, Image, Recorder,
     format::{R32f, Rgba8},
@@ -354,12 +353,11 @@ impl Land {
             Command::Play(playing) => self.playing = playing,
             Command::Step => {
                 self.playing = false;
-                self.simulate(studio, 1)?;
+                if !self.simulation.progress().finished {
+                    self.simulate(studio, 1)?;
+                }
             }
-            Command::Restart => {
-                interrupt::cancel(false);
-                self.restart(studio)?;
-            }
+            Command::Restart => self.restart(studio)?,
             Command::Stroke => self.begin_stroke()?,
             Command::Paint { kind, at, radius, strength } => {
                 if let Some(point) = self.under(studio, at) {
@@ -421,14 +419,7 @@ impl Land {
     /// Writes what is seen, drawn as `terrane render` would, as .exr or .png.
     fn write_picture(&self, studio: &mut Studio, path: &Path) -> Result<String, Error> {
         let film = self.film(studio.size);
-        let picture = self.picture(studio, &film)?;
-        let size = [film.width, film.height];
-        if formats::extension(path) == "exr" {
-            formats::exr::write_picture(path, size, &picture.pixels, 1.0 / film.exposure)?;
-        } else {
-            formats::png::write_picture(path, size, &picture.developed(film.tone_map))?;
-        }
-        Ok(format!("wrote {}", path.display()))
+        super::write_picture(path, &self.picture(studio, &film)?, &film)
     }
 
     /// The plant that is seen at a place of the picture.
@@ -603,23 +594,24 @@ impl Land {
         if (stale || traces) && self.drawing.as_ref().is_some_and(|drawing| drawing.comes_to > Drawn::Swift) {
             self.drawing = None;
         }
-        if let Some(drawing) = &self.drawing {
+        if let Some(drawing) = self.drawing.take() {
+            // Where that fails there is nothing to show.
             if self.live.step(SLICE)? {
+                self.drawing = Some(drawing);
                 return Ok(true);
             }
             let Drawing { target, camera, scale, comes_to, begun } = drawing;
-            if *comes_to == Drawn::Swift {
+            if comes_to == Drawn::Swift {
                 let texels = f64::from(target.size()[0]) * f64::from(target.size()[1]);
                 self.seconds_a_texel = begun.elapsed().as_secs_f64() / texels;
             }
-            studio.took(if *comes_to == Drawn::Swift { "swift picture" } else { "picture" }, *begun);
-            speaker.say(News::Frame(Frame { image: target.clone(), scale: *scale, camera: Some(*camera) }));
+            studio.took(if comes_to == Drawn::Swift { "swift picture" } else { "picture" }, begun);
+            speaker.say(News::Frame(Frame { image: target, scale, camera: Some(camera) }));
             self.trace.hide();
             // What moved meanwhile is not drawn yet.
-            if self.drawn != Drawn::Not || *comes_to == Drawn::Swift {
-                self.drawn = *comes_to;
+            if self.drawn != Drawn::Not || comes_to == Drawn::Swift {
+                self.drawn = comes_to;
             }
-            self.drawing = None;
             let passes = self.live.timings().iter();
             studio.passes = passes.map(|pass| (pass.name, 1e3 * pass.duration.as_secs_f32())).collect();
             return Ok(true);

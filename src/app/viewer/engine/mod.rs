@@ -15,18 +15,20 @@ pub use zoom::{Course, Drawn};
 use super::camera::{Rig, Steering};
 use crate::app::{Error, Session, interrupt, keep, progress::Progress, report::Report};
 use crate::core::camera::Pinhole;
+use crate::formats;
 use crate::gpu::{Gpu, Image, MessageLog, Usage, format::Rgba8};
 use crate::raster;
+use crate::scene::{Film, Picture};
 use crate::terrain::{self, BrushKind, Kind};
 use crate::trace::Tracer;
 use crate::world::{World, cache::Cache};
 use crate::zoom::marks::Marks;
 use glam::Vec2;
 use land::Land;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, RecvError, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use zoom::Zoom;
@@ -373,9 +375,6 @@ enum Stand {
 /// Time between two accounts of how things are.
 const ACCOUNTS: Duration = Duration::from_millis(100);
 
-/// Between two looks at Ctrl-C.
-const PATIENCE: Duration = Duration::from_millis(500);
-
 impl Works {
     fn new(gpu: Gpu, inbox: Receiver<Command>, speaker: Speaker, session: Session, load: Arc<Load>) -> Works {
         let studio = Studio {
@@ -399,10 +398,9 @@ impl Works {
         loop {
             self.load.busy.store(!idle, Ordering::SeqCst);
             let command = if idle {
-                match self.inbox.recv_timeout(PATIENCE) {
+                match self.inbox.recv() {
                     Ok(command) => Some(command),
-                    Err(RecvTimeoutError::Timeout) => continue,
-                    Err(RecvTimeoutError::Disconnected) => return Ok(()),
+                    Err(RecvError) => return Ok(()),
                 }
             } else {
                 match self.inbox.try_recv() {
@@ -462,9 +460,12 @@ impl Works {
 
     fn obey(&mut self, command: Command) -> Result<(), Error> {
         let Works { studio, stage, speaker, .. } = self;
+        // What that ended has ended.
+        if matches!(command, Command::Open(_) | Command::Restart) {
+            interrupt::cancel(false);
+        }
         match (command, stage) {
             (Command::Open(world), stage) => {
-                interrupt::cancel(false);
                 speaker.say(News::Opened);
                 // Its memory is needed for the next.
                 *stage = Stand::Empty;
@@ -593,6 +594,17 @@ impl Studio {
             None => self.timings.push((what, milliseconds)),
         }
     }
+}
+
+/// Writes a picture as its name says: with all of its light, or developed.
+fn write_picture(path: &Path, picture: &Picture, film: &Film) -> Result<String, Error> {
+    let size = [film.width, film.height];
+    if formats::extension(path) == "exr" {
+        formats::exr::write_picture(path, size, &picture.pixels, 1.0 / film.exposure)?;
+    } else {
+        formats::png::write_picture(path, size, &picture.developed(film.tone_map))?;
+    }
+    Ok(format!("wrote {}", path.display()))
 }
 
 /// How things are, whatever the world.

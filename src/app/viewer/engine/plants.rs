@@ -260,10 +260,9 @@ impl Drop for Gardener {
     fn drop(&mut self) {
         self.sights = None;
         let Some(thread) = self.thread.take() else { return };
-        interrupt::cancel(true);
+        let _ending = interrupt::Ending::new();
         // A panic has been told on standard error.
         let _ = thread.join();
-        interrupt::cancel(false);
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::{Command, Frame, News, Pose, Slice, Speaker, Studio, WorldStatus, land::show};
 use crate::app::Error;
-use crate::formats;
 use crate::scene::Film;
 use crate::world::World;
 use crate::zoom::{
@@ -61,7 +60,6 @@ pub struct Zoom {
     depth: f64,
     /// The way out from where it was flown to by hand.
     way_out: Option<(Approach, Depth)>,
-    paused: bool,
     frozen: bool,
     detail: usize,
     /// Of the ground below, radians.
@@ -89,7 +87,6 @@ impl Zoom {
             autopilot: Some(autopilot),
             depth: zoom.depth,
             way_out: None,
-            paused: false,
             frozen: false,
             detail: 0,
             slope: 0.0,
@@ -100,8 +97,7 @@ impl Zoom {
     /// The same world with changes.
     pub fn edit(&mut self, studio: &mut Studio, world: &Arc<World>) -> Result<(), Error> {
         if !is_same_place(&self.world, world) {
-            let paused = self.paused;
-            *self = Zoom { paused, ..Zoom::new(studio, world)? };
+            *self = Zoom::new(studio, world)?;
             return Ok(());
         }
         // Exposure and tone map are those of each picture.
@@ -148,7 +144,6 @@ impl Zoom {
                 );
                 self.detail = 0;
             }
-            Command::Play(playing) => self.paused = !playing,
             Command::Course(course) => self.steer_by(course),
             Command::Mark(marks) => {
                 studio.marks = marks;
@@ -157,7 +152,7 @@ impl Zoom {
             }
             Command::Freeze(on) => self.freeze(on)?,
             Command::Restart => *self = Zoom::new(studio, &self.world.clone())?,
-            Command::GoTo(Pose::Zoom(code)) => self.go_to(studio, &code)?,
+            Command::GoTo(Pose::Zoom(code)) => self.go_to(&code)?,
             Command::FrameAll => {
                 self.take_over();
                 self.attitude.roll = 0;
@@ -167,9 +162,7 @@ impl Zoom {
                 let film = film(&self.world, studio.size, 1.0);
                 self.renderer.reshape(&film, 2)?;
                 let shot = self.renderer.render(&self.view())?;
-                let developed = shot.picture.developed(film.tone_map);
-                formats::png::write_picture(&path, [film.width, film.height], &developed)?;
-                speaker.say(News::Said(format!("wrote {}", path.display())));
+                speaker.say(News::Said(super::write_picture(&path, &shot.picture, &film)?));
             }
             _ => {}
         }
@@ -183,7 +176,6 @@ impl Zoom {
     }
 
     fn steer_by(&mut self, course: Course) {
-        self.paused = false;
         if course == Course::Out && self.autopilot.is_none() {
             self.way_out = Some(self.flight.way_out(self.renderer.spine()));
         }
@@ -202,12 +194,11 @@ impl Zoom {
         Ok(())
     }
 
-    fn go_to(&mut self, studio: &mut Studio, code: &str) -> Result<(), Error> {
+    fn go_to(&mut self, code: &str) -> Result<(), Error> {
         let location = Location::parse(code.trim()).map_err(|error| Error::Usage(error.to_string()))?;
         if location.surface != *self.renderer.spine().surface() {
             return Err(Error::Usage("the location code is one of another surface".into()));
         }
-        let _ = studio;
         let flight = Flight::new(self.renderer.spine(), location.place, location.level);
         self.flight = flight.map_err(view::Error::from)?;
         (self.attitude, self.detail) = (location.attitude, 0);
@@ -282,7 +273,7 @@ impl Zoom {
             self.flight.fly(self.renderer.spine(), direction, way);
             return Ok(true);
         }
-        if self.paused || self.course == Course::Hand {
+        if self.course == Course::Hand {
             return Ok(false);
         }
         let levels = LEVELS_A_SECOND * f64::from(seconds);
@@ -356,7 +347,7 @@ impl Zoom {
             cells: clearance.cells,
             slope: self.slope,
             code: self.location().code(),
-            course: if self.paused { Course::Hand } else { self.course },
+            course: self.course,
             frozen: self.frozen,
             drawn: self.drawn,
         }
