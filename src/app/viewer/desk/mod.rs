@@ -8,7 +8,7 @@ use super::document::{Document, OnDisk};
 use super::engine::{Command, Course, Engine, Frame, News, Pose, Section, Status, WorldStatus};
 use super::export::Export;
 use super::keys::{self, Action, Motion};
-use super::panels::files::{Chooser, Purpose};
+use super::panels::files::{Chooser, Purpose, Recent, recent};
 use super::panels::parameters::{Foresight, Wishes};
 use super::panels::{export as form, land, parameters, picture, plants, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
@@ -52,6 +52,8 @@ enum Other {
     New,
     OpenFolder,
     Pace(Pacing),
+    /// Worlds that were open before.
+    Recent(Recent),
     /// Places that were remembered.
     GoTo(String),
     Forget(String),
@@ -576,6 +578,9 @@ impl Desk {
                 if ui.button("Open a folder of settings …").clicked() {
                     other = Some(Other::OpenFolder);
                 }
+                ui.menu_button("Recent", |ui| {
+                    other = other.take().or(recent(ui, &self.state).map(Other::Recent));
+                });
                 ui.separator();
                 item(ui, open, "Save", Action::Save);
                 item(ui, open, "Save as …", Action::SaveAs);
@@ -631,6 +636,8 @@ impl Desk {
         match other {
             Some(Other::New) => self.ask_for(Next::New),
             Some(Other::OpenFolder) => self.ask(Purpose::OpenFolder, ""),
+            Some(Other::Recent(Recent::Open(path))) => self.ask_for(Next::Open(path)),
+            Some(Other::Recent(Recent::Forget(path))) => self.state.forget(&path),
             Some(Other::GoTo(name)) => self.go_back(&name),
             Some(Other::Forget(name)) => {
                 if let Some(document) = &self.document {
