@@ -52,6 +52,7 @@ enum Other {
     New,
     OpenFolder,
     Pace(Pacing),
+    ShowTimings(bool),
     /// Worlds that were open before.
     Recent(Recent),
     /// Places that were remembered.
@@ -124,6 +125,12 @@ const MESSAGE: Duration = Duration::from_secs(8);
 
 /// The last ones are shown.
 const MOST_MESSAGES: usize = 5;
+
+/// The name of a panel that can be hidden alone.
+const TIMINGS: &str = "timings";
+
+/// A wider window has room for timings beside the picture, points.
+const ROOMY: f32 = 880.0;
 
 /// Radians that the eye turns for a point of the mouse's way.
 const LOOK: f32 = 0.004;
@@ -301,8 +308,9 @@ impl Desk {
         }
         self.shortcuts(ui);
         self.dropped(ui);
+        let width = ui.available_width();
         if self.panels {
-            Panel::top("menu").show(ui, |ui| self.menu(ui));
+            Panel::top("menu").show(ui, |ui| self.menu(ui, width));
         }
         self.notices(ui);
         if self.panels && self.document.is_some() {
@@ -311,8 +319,10 @@ impl Desk {
             Panel::left("world").default_size(310.0_f32.min(most)).max_size(most).show(ui, |ui| {
                 egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.controls(ui))
             });
-            if ui.available_width() > 560.0 {
-                Panel::right("timings").default_size(230.0).max_size(most).show(ui, |ui| {
+            if self.shows_timings(width) {
+                // In a narrow window they leave the picture as much as they take.
+                let most = most.min(ui.available_width() * 0.5);
+                Panel::right(TIMINGS).default_size(230.0_f32.min(most)).max_size(most).show(ui, |ui| {
                     ui.add_space(4.0);
                     self.timings.show(ui, &self.status);
                 });
@@ -558,7 +568,12 @@ impl Desk {
 
     // Panels ----------------------------------------------------------------------------------------------------------
 
-    fn menu(&mut self, ui: &mut Ui) {
+    /// Whether timings are among the panels of a window of this width: as the user has said, or else where there is room.
+    fn shows_timings(&self, width: f32) -> bool {
+        self.state.panels.get(TIMINGS).copied().unwrap_or(width > ROOMY)
+    }
+
+    fn menu(&mut self, ui: &mut Ui, width: f32) {
         let (mut action, mut other) = (None, None);
         let context = ui.ctx().clone();
         let open = self.document.is_some();
@@ -615,6 +630,12 @@ impl Desk {
                 ui.menu_button("Places", |ui| other = other.take().or(self.places(ui)));
                 ui.separator();
                 item(ui, true, "Panels", Action::TogglePanels);
+                let mut timings = self.shows_timings(width);
+                let checkbox = egui::Checkbox::new(&mut timings, "Timings");
+                if ui.add_enabled(open, checkbox).changed() {
+                    other = Some(Other::ShowTimings(timings));
+                    ui.close();
+                }
                 item(ui, true, "Full screen", Action::FullScreen);
                 ui.menu_button("Frames", |ui| {
                     for (pacing, name) in [
@@ -643,6 +664,9 @@ impl Desk {
                 if let Some(document) = &self.document {
                     self.state.remove_bookmark(document.source(), &name);
                 }
+            }
+            Some(Other::ShowTimings(shown)) => {
+                self.state.panels.insert(TIMINGS.into(), shown);
             }
             Some(Other::Pace(pacing)) => {
                 self.pacing = pacing;
