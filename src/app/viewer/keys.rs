@@ -25,7 +25,7 @@ pub enum Action {
     /// Orbit or fly.
     OtherCamera,
     FrameAll,
-    /// No plant is marked any more, and the mouse is not taken.
+    /// What lies over the picture is closed; else the mouse is not taken, and no plant is marked any more.
     LetGo,
     /// Back to the place of this number.
     Bookmark(u8),
@@ -175,7 +175,12 @@ pub const TABLE: &[Row] = &[
         "go round the middle of the picture; with the right button look round; the wheel goes near and far",
     ),
     mouse(Group::View, "Click", "mark a plant, and tell what it is; bare ground marks none"),
-    press(Group::View, Action::LetGo, &[key(Key::Escape)], "mark no plant; the mouse points at things again"),
+    press(
+        Group::View,
+        Action::LetGo,
+        &[key(Key::Escape)],
+        "close what lies over the picture; else the mouse points at things again, or no plant is marked",
+    ),
     press(Group::View, Action::FrameAll, &[key(Key::Home)], "all of the land in the picture"),
     press(Group::View, Action::Bookmark(1), &[key(Key::Num1)], "back to place 1; 2 to 9 likewise"),
     press(

@@ -403,6 +403,12 @@ impl Desk {
                 what(document);
             }
             Action::MouseLook => self.look_round(!self.looking && self.document.is_some()),
+            // egui closes it.
+            Action::LetGo if egui::Popup::is_any_open(context) => {}
+            Action::LetGo if self.help => self.help = false,
+            // While files are written it tells how far that is.
+            Action::LetGo if self.form.is_some() && self.export.is_some() => {}
+            Action::LetGo if self.form.is_some() => self.form = None,
             Action::LetGo if self.looking => self.look_round(false),
             Action::LetGo => self.engine.send(Command::Select(None)),
             Action::FrameAll => self.engine.send(Command::FrameAll),
