@@ -10,7 +10,7 @@ use super::export::Export;
 use super::keys::{self, Action, Motion};
 use super::panels::files::{Chooser, Purpose, Recent, recent};
 use super::panels::parameters::{Foresight, Wishes};
-use super::panels::{export as form, land, parameters, picture, plants, timings, welcome, zoom};
+use super::panels::{export as form, land, parameters, picture, plants, rounded, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
 #[cfg(feature = "reload")]
 use super::shaders::{Replaced, Shaders};
@@ -711,10 +711,12 @@ impl Desk {
                 (Some((what, ..)), _) => drop(ui.label(format!("{what} …"))),
                 (None, WorldStatus::None) => drop(ui.label("opening …")),
                 (None, WorldStatus::Land { rig, .. }) => {
-                    let [east, up, south] = rig.eye.to_array();
-                    ui.label(format!("{east:.0} m east  {south:.0} m south  {up:.0} m up"));
+                    let [east, up, south] = rig.eye.to_array().map(|metres| rounded(metres, 0));
+                    ui.label(format!("{east} m east  {south} m south  {up} m up"));
                 }
-                (None, WorldStatus::Zoom { depth, .. }) => drop(ui.label(format!("depth {depth:.1}"))),
+                (None, WorldStatus::Zoom { depth, .. }) => {
+                    drop(ui.label(format!("depth {}", rounded(*depth, 1))))
+                }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let dirty = self.document.as_ref().is_some_and(Document::is_dirty);
