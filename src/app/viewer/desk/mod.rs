@@ -413,7 +413,7 @@ impl Desk {
             Action::LetGo => self.engine.send(Command::Select(None)),
             Action::FrameAll => self.engine.send(Command::FrameAll),
             Action::Screenshot => self.ask_for_picture(),
-            Action::Bookmark(number) => self.go_back(&number.to_string()),
+            Action::Bookmark(number) => self.go_back_to(number),
             Action::SetBookmark(number) => self.remember(number.to_string()),
             Action::CopyCommand if !self.document.as_ref().is_some_and(Document::is_on_disk) => {
                 self.say("save the world first: the command line reads its file".into(), true);
@@ -512,6 +512,17 @@ impl Desk {
         let source = document.source().to_path_buf();
         self.state.bookmark(&source, Bookmark { name: name.clone(), view });
         self.say(format!("remembered this place as {name}"), false);
+    }
+
+    /// Goes to the place of a number, or says how it gets one.
+    fn go_back_to(&mut self, number: u8) {
+        let Some(document) = &self.document else { return };
+        let name = number.to_string();
+        if self.state.bookmarks(document.source()).iter().any(|bookmark| bookmark.name == name) {
+            return self.go_back(&name);
+        }
+        let key = keys::shortcut(Action::SetBookmark(number)).unwrap_or_default();
+        self.say(format!("no place {number} is remembered yet: {key} remembers this one"), false);
     }
 
     fn go_back(&mut self, name: &str) {
@@ -627,12 +638,15 @@ impl Desk {
                 item(ui, redo.is_some(), &name("Redo", &redo), Action::Redo);
             });
             ui.menu_button("View", |ui| {
-                item(ui, open, "All of the land", Action::FrameAll);
+                let is_land = matches!(self.status.world, WorldStatus::Land { .. });
+                let is_zoom = matches!(self.status.world, WorldStatus::Zoom { .. });
+                let all = if is_zoom { "Level the horizon" } else { "All of the land" };
+                item(ui, is_land || is_zoom, all, Action::FrameAll);
                 item(ui, open, "Look round with the mouse", Action::MouseLook);
-                item(ui, open, "Trace paths", Action::Trace);
+                item(ui, is_land, "Trace paths", Action::Trace);
                 ui.separator();
-                item(ui, open, "Copy the command line of this view", Action::CopyCommand);
-                item(ui, open, "Remember this place as 1", Action::SetBookmark(1));
+                item(ui, is_land || is_zoom, "Copy the command line of this view", Action::CopyCommand);
+                item(ui, is_land || is_zoom, "Remember this place as 1", Action::SetBookmark(1));
                 ui.menu_button("Places", |ui| other = other.take().or(self.places(ui)));
                 ui.separator();
                 item(ui, true, "Panels", Action::TogglePanels);
