@@ -25,7 +25,7 @@ pub enum Action {
     /// Orbit or fly.
     OtherCamera,
     FrameAll,
-    /// No plant is marked any more, and the mouse is not taken.
+    /// What lies over the picture is closed; else the mouse is not taken, and no plant is marked any more.
     LetGo,
     /// Back to the place of this number.
     Bookmark(u8),
@@ -175,8 +175,18 @@ pub const TABLE: &[Row] = &[
         "go round the middle of the picture; with the right button look round; the wheel goes near and far",
     ),
     mouse(Group::View, "Click", "mark a plant, and tell what it is; bare ground marks none"),
-    press(Group::View, Action::LetGo, &[key(Key::Escape)], "mark no plant; the mouse points at things again"),
-    press(Group::View, Action::FrameAll, &[key(Key::Home)], "all of the land in the picture"),
+    press(
+        Group::View,
+        Action::LetGo,
+        &[key(Key::Escape)],
+        "close what lies over the picture; else the mouse points at things again, or no plant is marked",
+    ),
+    press(
+        Group::View,
+        Action::FrameAll,
+        &[key(Key::Home)],
+        "all of the land in the picture; in a zoom, the horizon level",
+    ),
     press(Group::View, Action::Bookmark(1), &[key(Key::Num1)], "back to place 1; 2 to 9 likewise"),
     press(
         Group::View,
@@ -326,6 +336,10 @@ fn name(key: Key) -> &'static str {
 
 /// The first shortcut of an action, for a menu.
 pub fn shortcut(action: Action) -> Option<String> {
+    // Of places the table has the first.
+    if let Action::SetBookmark(number) = action {
+        return DIGITS.get(usize::from(number).checked_sub(1)?).map(|digit| command(*digit).name());
+    }
     TABLE.iter().find_map(|row| match row.input {
         Input::Press(other, shortcuts) if other == action => shortcuts.first().map(Shortcut::name),
         _ => None,
@@ -385,6 +399,18 @@ mod tests {
         assert_eq!(pressed(Key::Num7, Modifiers::NONE, false), [Action::Bookmark(7)]);
         assert_eq!(pressed(Key::Num3, Modifiers::COMMAND, false), [Action::SetBookmark(3)]);
         assert!(pressed(Key::P, Modifiers::COMMAND, false).is_empty());
+    }
+
+    #[test]
+    fn every_place_has_its_key() {
+        let names = [1, 9].map(|number| shortcut(Action::SetBookmark(number)));
+        assert!(
+            names
+                .iter()
+                .zip(["1", "9"])
+                .all(|(name, key)| name.as_ref().is_some_and(|name| name.ends_with(key)))
+        );
+        assert_eq!([0, 10].map(|number| shortcut(Action::SetBookmark(number))), [None, None]);
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! What the viewer remembers from run to run: where its window stood, which worlds were open, which panels, and places to come
-//! back to.
+//! What the viewer remembers from run to run: where its window stood, which worlds were open, which panels are shown, and
+//! places to come back to.
 
 use crate::formats::{self, file};
 use etcetera::BaseStrategy;
@@ -40,7 +40,7 @@ pub struct State {
     pub window: Option<Window>,
     /// Worlds that were open, the last one first: whole paths.
     recent: Vec<PathBuf>,
-    /// Whether a panel is shown, by its name.
+    /// Whether a panel is shown, by its name, once the user has said so.
     pub panels: BTreeMap<String, bool>,
     bookmarks: BTreeMap<PathBuf, Vec<Bookmark>>,
 }

@@ -8,9 +8,9 @@ use super::document::{Document, OnDisk};
 use super::engine::{Command, Course, Engine, Frame, News, Pose, Section, Status, WorldStatus};
 use super::export::Export;
 use super::keys::{self, Action, Motion};
-use super::panels::files::{Chooser, Purpose};
+use super::panels::files::{Chooser, Purpose, Recent, recent};
 use super::panels::parameters::{Foresight, Wishes};
-use super::panels::{export as form, land, parameters, picture, plants, timings, welcome, zoom};
+use super::panels::{export as form, land, parameters, picture, plants, rounded, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
 #[cfg(feature = "reload")]
 use super::shaders::{Replaced, Shaders};
@@ -52,6 +52,9 @@ enum Other {
     New,
     OpenFolder,
     Pace(Pacing),
+    ShowTimings(bool),
+    /// Worlds that were open before.
+    Recent(Recent),
     /// Places that were remembered.
     GoTo(String),
     Forget(String),
@@ -122,6 +125,12 @@ const MESSAGE: Duration = Duration::from_secs(8);
 
 /// The last ones are shown.
 const MOST_MESSAGES: usize = 5;
+
+/// The name of a panel that can be hidden alone.
+const TIMINGS: &str = "timings";
+
+/// A wider window has room for timings beside the picture, points.
+const ROOMY: f32 = 880.0;
 
 /// Radians that the eye turns for a point of the mouse's way.
 const LOOK: f32 = 0.004;
@@ -299,8 +308,9 @@ impl Desk {
         }
         self.shortcuts(ui);
         self.dropped(ui);
+        let width = ui.available_width();
         if self.panels {
-            Panel::top("menu").show(ui, |ui| self.menu(ui));
+            Panel::top("menu").show(ui, |ui| self.menu(ui, width));
         }
         self.notices(ui);
         if self.panels && self.document.is_some() {
@@ -309,8 +319,10 @@ impl Desk {
             Panel::left("world").default_size(310.0_f32.min(most)).max_size(most).show(ui, |ui| {
                 egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| self.controls(ui))
             });
-            if ui.available_width() > 560.0 {
-                Panel::right("timings").default_size(230.0).max_size(most).show(ui, |ui| {
+            if self.shows_timings(width) {
+                // In a narrow window they leave the picture as much as they take.
+                let most = most.min(ui.available_width() * 0.5);
+                Panel::right(TIMINGS).default_size(230.0_f32.min(most)).max_size(most).show(ui, |ui| {
                     ui.add_space(4.0);
                     self.timings.show(ui, &self.status);
                 });
@@ -391,11 +403,17 @@ impl Desk {
                 what(document);
             }
             Action::MouseLook => self.look_round(!self.looking && self.document.is_some()),
+            // egui closes it.
+            Action::LetGo if egui::Popup::is_any_open(context) => {}
+            Action::LetGo if self.help => self.help = false,
+            // While files are written it tells how far that is.
+            Action::LetGo if self.form.is_some() && self.export.is_some() => {}
+            Action::LetGo if self.form.is_some() => self.form = None,
             Action::LetGo if self.looking => self.look_round(false),
             Action::LetGo => self.engine.send(Command::Select(None)),
             Action::FrameAll => self.engine.send(Command::FrameAll),
             Action::Screenshot => self.ask_for_picture(),
-            Action::Bookmark(number) => self.go_back(&number.to_string()),
+            Action::Bookmark(number) => self.go_back_to(number),
             Action::SetBookmark(number) => self.remember(number.to_string()),
             Action::CopyCommand if !self.document.as_ref().is_some_and(Document::is_on_disk) => {
                 self.say("save the world first: the command line reads its file".into(), true);
@@ -496,6 +514,17 @@ impl Desk {
         self.say(format!("remembered this place as {name}"), false);
     }
 
+    /// Goes to the place of a number, or says how it gets one.
+    fn go_back_to(&mut self, number: u8) {
+        let Some(document) = &self.document else { return };
+        let name = number.to_string();
+        if self.state.bookmarks(document.source()).iter().any(|bookmark| bookmark.name == name) {
+            return self.go_back(&name);
+        }
+        let key = keys::shortcut(Action::SetBookmark(number)).unwrap_or_default();
+        self.say(format!("no place {number} is remembered yet: {key} remembers this one"), false);
+    }
+
     fn go_back(&mut self, name: &str) {
         let Some(document) = &self.document else { return };
         let bookmark = self.state.bookmarks(document.source()).iter().find(|bookmark| bookmark.name == name);
@@ -556,7 +585,12 @@ impl Desk {
 
     // Panels ----------------------------------------------------------------------------------------------------------
 
-    fn menu(&mut self, ui: &mut Ui) {
+    /// Whether timings are among the panels of a window of this width: as the user has said, or else where there is room.
+    fn shows_timings(&self, width: f32) -> bool {
+        self.state.panels.get(TIMINGS).copied().unwrap_or(width > ROOMY)
+    }
+
+    fn menu(&mut self, ui: &mut Ui, width: f32) {
         let (mut action, mut other) = (None, None);
         let context = ui.ctx().clone();
         let open = self.document.is_some();
@@ -576,6 +610,9 @@ impl Desk {
                 if ui.button("Open a folder of settings …").clicked() {
                     other = Some(Other::OpenFolder);
                 }
+                ui.menu_button("Recent", |ui| {
+                    other = other.take().or(recent(ui, &self.state).map(Other::Recent));
+                });
                 ui.separator();
                 item(ui, open, "Save", Action::Save);
                 item(ui, open, "Save as …", Action::SaveAs);
@@ -601,15 +638,24 @@ impl Desk {
                 item(ui, redo.is_some(), &name("Redo", &redo), Action::Redo);
             });
             ui.menu_button("View", |ui| {
-                item(ui, open, "All of the land", Action::FrameAll);
+                let is_land = matches!(self.status.world, WorldStatus::Land { .. });
+                let is_zoom = matches!(self.status.world, WorldStatus::Zoom { .. });
+                let all = if is_zoom { "Level the horizon" } else { "All of the land" };
+                item(ui, is_land || is_zoom, all, Action::FrameAll);
                 item(ui, open, "Look round with the mouse", Action::MouseLook);
-                item(ui, open, "Trace paths", Action::Trace);
+                item(ui, is_land, "Trace paths", Action::Trace);
                 ui.separator();
-                item(ui, open, "Copy the command line of this view", Action::CopyCommand);
-                item(ui, open, "Remember this place as 1", Action::SetBookmark(1));
+                item(ui, is_land || is_zoom, "Copy the command line of this view", Action::CopyCommand);
+                item(ui, is_land || is_zoom, "Remember this place as 1", Action::SetBookmark(1));
                 ui.menu_button("Places", |ui| other = other.take().or(self.places(ui)));
                 ui.separator();
                 item(ui, true, "Panels", Action::TogglePanels);
+                let mut timings = self.shows_timings(width);
+                let checkbox = egui::Checkbox::new(&mut timings, "Timings");
+                if ui.add_enabled(open, checkbox).changed() {
+                    other = Some(Other::ShowTimings(timings));
+                    ui.close();
+                }
                 item(ui, true, "Full screen", Action::FullScreen);
                 ui.menu_button("Frames", |ui| {
                     for (pacing, name) in [
@@ -631,11 +677,16 @@ impl Desk {
         match other {
             Some(Other::New) => self.ask_for(Next::New),
             Some(Other::OpenFolder) => self.ask(Purpose::OpenFolder, ""),
+            Some(Other::Recent(Recent::Open(path))) => self.ask_for(Next::Open(path)),
+            Some(Other::Recent(Recent::Forget(path))) => self.state.forget(&path),
             Some(Other::GoTo(name)) => self.go_back(&name),
             Some(Other::Forget(name)) => {
                 if let Some(document) = &self.document {
                     self.state.remove_bookmark(document.source(), &name);
                 }
+            }
+            Some(Other::ShowTimings(shown)) => {
+                self.state.panels.insert(TIMINGS.into(), shown);
             }
             Some(Other::Pace(pacing)) => {
                 self.pacing = pacing;
@@ -674,10 +725,12 @@ impl Desk {
                 (Some((what, ..)), _) => drop(ui.label(format!("{what} …"))),
                 (None, WorldStatus::None) => drop(ui.label("opening …")),
                 (None, WorldStatus::Land { rig, .. }) => {
-                    let [east, up, south] = rig.eye.to_array();
-                    ui.label(format!("{east:.0} m east  {south:.0} m south  {up:.0} m up"));
+                    let [east, up, south] = rig.eye.to_array().map(|metres| rounded(metres, 0));
+                    ui.label(format!("{east} m east  {south} m south  {up} m up"));
                 }
-                (None, WorldStatus::Zoom { depth, .. }) => drop(ui.label(format!("depth {depth:.1}"))),
+                (None, WorldStatus::Zoom { depth, .. }) => {
+                    drop(ui.label(format!("depth {}", rounded(*depth, 1))))
+                }
             }
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let dirty = self.document.as_ref().is_some_and(Document::is_dirty);

@@ -28,11 +28,7 @@ const NUMBERS: &[(&str, &[Entry])] = &[
                 "time that the device took for a pass of the last picture, between two time stamps",
             ),
             entry("window", "time that the device took to draw the panels and to show the window"),
-            entry("memory", "device memory by name"),
-            entry(
-                "triangles",
-                "sent to the device in the last picture, before what lies outside is left out",
-            ),
+            entry("memory", "device memory by name; the smallest together as others"),
         ],
     ),
     (
@@ -56,6 +52,7 @@ const NUMBERS: &[(&str, &[Entry])] = &[
                 "those of the level that the last picture shows, the coarser the farther away",
             ),
             entry("together", "if all plants of the kind were drawn in their finest level"),
+            entry("if all were kept", "below the timings: triangles of all plants in their finest levels"),
         ],
     ),
     (
@@ -78,6 +75,7 @@ const NUMBERS: &[(&str, &[Entry])] = &[
                 "levels",
                 "of the coarsest and the finest tiles in the foreground: each has half the side of the one before",
             ),
+            entry("triangles", "of the tiles in the picture, as they are sent to the device"),
         ],
     ),
 ];

@@ -2,6 +2,7 @@
 
 use super::super::engine::{Command, Legend, Map, Overlay, Section, Status, Traced, WorldStatus};
 use super::super::theme;
+use super::rounded;
 use crate::raster::{MATERIALS, Scale, overlay_colour};
 use crate::terrain::{BrushKind, Kind, Progress, Stage};
 use crate::world::World;
@@ -249,7 +250,8 @@ pub fn section(ui: &mut Ui, section: Option<&Section>) {
             plot.vline(VLine::new("here", f64::from(section.at.x)).color(Color32::GRAY));
         });
     let [east, up, south] = section.at.to_array();
-    ui.label(RichText::new(format!("{east:.0} m east, {south:.0} m south: {up:.1} m")).small());
+    let [east, south, up] = [(east, 0), (south, 0), (up, 1)].map(|(metres, digits)| rounded(metres, digits));
+    ui.label(RichText::new(format!("{east} m east, {south} m south: {up} m")).small());
 }
 
 /// Path tracing; returns what is to be done. `save` is called when the picture is to be written.

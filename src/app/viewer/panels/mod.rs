@@ -10,3 +10,24 @@ pub mod plants;
 pub mod timings;
 pub mod welcome;
 pub mod zoom;
+
+/// A number with so many digits after the point. What is rounded to nothing has no sign.
+pub fn rounded(value: impl Into<f64>, digits: usize) -> String {
+    let text = format!("{:.digits$}", value.into());
+    match text.strip_prefix('-') {
+        Some(size) if size.chars().all(|letter| matches!(letter, '0' | '.')) => size.into(),
+        _ => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded;
+
+    #[test]
+    fn nothing_has_no_sign() {
+        assert_eq!([-0.0_f32, -0.4, 0.4].map(|value| rounded(value, 0)), ["0", "0", "0"]);
+        assert_eq!([-0.04_f64, -0.06, 1.25].map(|value| rounded(value, 1)), ["0.0", "-0.1", "1.2"]);
+        assert_eq!(rounded(-10.0_f32, 0), "-10");
+    }
+}

@@ -2,6 +2,7 @@
 
 use super::super::engine::{Census, Selected, Status, WorldStatus};
 use super::super::theme;
+use super::rounded;
 use crate::core::camera::Pinhole;
 use egui::{Align, Grid, Layout, Painter, Pos2, Rect, RichText, ScrollArea, Stroke, Ui, pos2, vec2};
 
@@ -24,11 +25,11 @@ fn selected(ui: &mut Ui, selected: &Selected, level: Option<usize>) {
     let Selected { species, variant, position, height, levels, .. } = selected;
     ui.label(RichText::new(title(species, *variant)).strong().color(theme::ACCENT));
     Grid::new("selected plant").num_columns(2).striped(true).show(ui, |ui| {
-        let [east, up, south] = position.to_array();
+        let [east, up, south] = position.to_array().map(|metres| rounded(metres, 1));
         let finest = levels.first().copied().unwrap_or_default();
         let mut rows = vec![
             ("height", format!("{height:.2} m")),
-            ("stands at", format!("{east:.1} m east, {south:.1} m south, {up:.1} m up")),
+            ("stands at", format!("{east} m east, {south} m south, {up} m up")),
             ("triangles", grouped(finest)),
         ];
         if let Some(drawn) = level.and_then(|level| Some((level, levels.get(level)?))) {
