@@ -77,7 +77,6 @@ pub struct Ending(());
 
 #[cfg(feature = "viewer")]
 impl Ending {
-    #[expect(clippy::new_without_default, reason = "it does something")]
     pub fn new() -> Ending {
         ENDINGS.fetch_add(1, Ordering::Relaxed);
         Ending(())
