@@ -28,6 +28,7 @@ pub enum Sight {
     /// Where this camera sees it: so does the picture that `terrane render` makes.
     Picture(Pinhole),
     /// On all sides of this place, as its pictures would have it.
+    #[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "only a window looks all round"))]
     Round(Vec3),
 }
 
