@@ -88,8 +88,8 @@ impl Plan {
     }
 
     /// Whether any rule asks where the camera is.
-    pub fn has_cover(&self) -> bool {
-        self.rules.iter().any(Rule::is_cover)
+    pub fn follows_camera(&self) -> bool {
+        self.rules.iter().any(Rule::follows_camera)
     }
 
     /// What the rules need to know of the land.
@@ -148,7 +148,7 @@ pub const PLANT_BYTES: u64 = (size_of::<Plant>() + size_of::<Instance>() + size_
 
 impl Rule {
     /// Whether it plants where the camera is: cover round it, or a grid that it carries along.
-    fn is_cover(&self) -> bool {
+    fn follows_camera(&self) -> bool {
         matches!(self.places, Places::Cover(_) | Places::Grid(_))
     }
 
@@ -274,7 +274,7 @@ impl<'a> Planter<'a> {
 
     /// Whether the next rule asks where the camera is.
     pub fn asks_camera(&self) -> bool {
-        self.rules.get(self.standing.done).is_some_and(Rule::is_cover)
+        self.rules.get(self.standing.done).is_some_and(Rule::follows_camera)
     }
 
     /// Rules followed, and rules in all.

@@ -743,7 +743,7 @@ impl Land {
 
     /// What is seen without its ground cover.
     fn bare(&self, studio: &Studio) -> Option<Sight> {
-        if self.plants.is_some() && !self.world.plants.has_cover() {
+        if self.plants.is_some() && !self.world.plants.follows_camera() {
             return None;
         }
         if self.tracing && self.plants.is_some() {
@@ -777,7 +777,7 @@ impl Land {
             return Ok(());
         }
         self.covered = Some(sight);
-        if !self.world.plants.has_cover() {
+        if !self.world.plants.follows_camera() {
             self.gardener = None;
         }
         // Far from all ground there is none to be seen, before and after.
