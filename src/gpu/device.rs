@@ -3,6 +3,7 @@
 use super::{
     error::{Error, Result, vk_error},
     memory::{Memory, Usage},
+    objects::Pools,
 };
 use crate::core::hash::hexadecimal;
 use ash::{ext, khr, vk};
@@ -108,6 +109,8 @@ pub(super) struct Shared {
     /// Programs in place of those of the build.
     #[cfg(feature = "reload")]
     pub edited: Mutex<Vec<super::Edited>>,
+    /// What recorders are done with.
+    pub pools: Mutex<Vec<Pools>>,
     queue: Mutex<vk::Queue>,
     memory: Mutex<Option<Memory>>,
     physical: vk::PhysicalDevice,
@@ -207,6 +210,9 @@ impl Drop for Shared {
         // SAFETY: every object made from the device holds a `Gpu`, so all of them are gone, and submissions wait
         // for their fence before they go.
         unsafe {
+            for pools in lock(&self.pools).drain(..) {
+                pools.destroy(&self.device);
+            }
             self.device.destroy_pipeline_cache(self.pipeline_cache, None);
             self.device.destroy_device(None);
         }
@@ -581,6 +587,7 @@ fn open(
         pipeline_cache,
         #[cfg(feature = "reload")]
         edited: Mutex::default(),
+        pools: Mutex::default(),
         queue: Mutex::new(queue),
         memory: Mutex::new(Some(memory)),
         physical,

@@ -245,14 +245,7 @@ impl Recorder {
 
     fn with_stamps(gpu: &Gpu, capacity: u32) -> Recorder {
         static NEXT: AtomicU64 = AtomicU64::new(0);
-        let mut objects = Objects {
-            gpu: gpu.clone(),
-            id: NEXT.fetch_add(1, Ordering::Relaxed),
-            commands: Default::default(),
-            descriptors: Vec::new(),
-            queries: None,
-            capacity,
-        };
+        let mut objects = Objects::new(gpu, NEXT.fetch_add(1, Ordering::Relaxed), capacity);
         let (command, error) = match objects.begin() {
             Ok(command) => (command, None),
             Err(error) => (vk::CommandBuffer::null(), Some(error)),
@@ -318,7 +311,7 @@ impl Recorder {
     }
 
     fn stamp(&mut self, query: u32) {
-        let Some(queries) = self.objects.queries else { return };
+        let Some(queries) = self.objects.queries() else { return };
         let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
         // SAFETY: the query is within the pool and was reset at the start.
         unsafe { self.device().cmd_write_timestamp2(self.command, stage, queries, query) };

@@ -122,7 +122,7 @@ impl Submission {
     }
 
     fn timings(&self) -> Result<Vec<Timing>> {
-        let Some(queries) = self.objects.queries.filter(|_| !self.stamps.is_empty()) else {
+        let Some(queries) = self.objects.queries().filter(|_| !self.stamps.is_empty()) else {
             return Ok(Vec::new());
         };
         let mut ticks = vec![0_u64; 2 * self.stamps.len()];

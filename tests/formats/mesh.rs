@@ -295,22 +295,6 @@ fn what_a_glb_cannot_hold_is_known_beforehand() {
     assert!(!gltf::fits(2 * 8193 * 8193, 4 * 8192 * 8192));
 }
 
-/// A world that takes a second.
-const WORLD: &str = r#"
-format = 1
-seed = 5
-[terrain]
-cells = 65
-extent = 2000
-layers = [{ cone = { height = 500, radius = 900 } }, { simplex = { amplitude = 60, wavelength = 500, octaves = 4 } }]
-[sea]
-level = 60
-[erosion.hydraulic]
-duration = 40
-[reef]
-stages = [{ duration = 200, rise = 2 }]
-"#;
-
 #[test]
 fn an_exported_mesh_is_the_height_that_was_simulated() {
     let folder = folder();
@@ -649,7 +633,7 @@ fn sidecar(path: &Path) -> Value {
 
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("world.toml"), WORLD).unwrap();
+    fs::write(folder.path().join("world.toml"), kit::program::EVERY_LAYER).unwrap();
     folder
 }
 

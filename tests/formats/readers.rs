@@ -9,28 +9,12 @@ use std::process::Command;
 use terrane::terrain::Layer;
 use terrane::world::{self, Overrides};
 
-/// A world with every layer, in a second.
-const WORLD: &str = r#"
-format = 1
-seed = 5
-[terrain]
-cells = 65
-extent = 2000
-layers = [{ cone = { height = 500, radius = 900 } }, { simplex = { amplitude = 60, wavelength = 500, octaves = 4 } }]
-[sea]
-level = 60
-[erosion.hydraulic]
-duration = 40
-[reef]
-stages = [{ duration = 200, rise = 2 }]
-"#;
-
 #[test]
 #[ignore = "fetches readers from PyPI and npm"]
 fn readers_of_other_makes_find_what_was_simulated() {
     let readers = readers();
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("world.toml"), WORLD).unwrap();
+    fs::write(folder.path().join("world.toml"), kit::program::EVERY_LAYER).unwrap();
     simulate(folder.path());
     for arguments in [
         "--layer all -o exr/",

@@ -4,6 +4,22 @@ use serde_json::Value;
 use std::path::Path;
 use std::process::{Command, Output};
 
+/// A world with every layer, made in a second.
+pub const EVERY_LAYER: &str = r#"
+format = 1
+seed = 5
+[terrain]
+cells = 65
+extent = 2000
+layers = [{ cone = { height = 500, radius = 900 } }, { simplex = { amplitude = 60, wavelength = 500, octaves = 4 } }]
+[sea]
+level = 60
+[erosion.hydraulic]
+duration = 40
+[reef]
+stages = [{ duration = 200, rise = 2 }]
+"#;
+
 /// The program with these arguments, in this folder and under validation. What it keeps lies there too, in `cache`: what other runs
 /// have left belongs to the user.
 pub fn command(folder: &Path, arguments: &[&str]) -> Command {

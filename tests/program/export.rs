@@ -8,22 +8,6 @@ use std::path::Path;
 use std::process::Output;
 use tempfile::TempDir;
 
-/// A world with every layer, in a second.
-const WORLD: &str = r#"
-format = 1
-seed = 5
-[terrain]
-cells = 65
-extent = 2000
-layers = [{ cone = { height = 500, radius = 900 } }, { simplex = { amplitude = 60, wavelength = 500, octaves = 4 } }]
-[sea]
-level = 60
-[erosion.hydraulic]
-duration = 40
-[reef]
-stages = [{ duration = 200, rise = 2 }]
-"#;
-
 /// What every layer is, in the order of the exported files, with its channels.
 const LAYERS: [(&str, usize); 11] = [
     ("height", 1),
@@ -355,7 +339,7 @@ fn options_that_make_no_sense_together_are_refused() {
 
 fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("world.toml"), WORLD).unwrap();
+    fs::write(folder.path().join("world.toml"), program::EVERY_LAYER).unwrap();
     folder
 }
 

@@ -182,6 +182,53 @@ fn plants_are_marked_and_a_traced_picture_is_exposed_anew() {
     good(&viewer.end());
 }
 
+/// Where the eye is, as the bar below says it.
+#[track_caller]
+fn eye(viewer: &mut Viewer<'_>) -> String {
+    viewer.wait("m east", |viewer| {
+        let shown = viewer.shown();
+        let line = shown.lines().find(|line| line.contains(" m east"))?;
+        line.splitn(3, ' ').nth(2).map(String::from)
+    })
+}
+
+#[test]
+fn places_are_gone_back_to_and_land_is_painted() {
+    let folder = folder_with(&[("island.toml", ISLAND)]);
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder.path(), &["island.toml", "--size", "960x640"], &[]);
+    viewer.see("finished");
+    let here = eye(&mut viewer);
+    viewer.key("ctrl+1");
+    viewer.see("remembered this place as 1");
+    viewer.drag([600, 300], [700, 260], "1");
+    viewer.wait("another place", |viewer| (!viewer.shown().contains(&here)).then_some(()));
+    viewer.key("1");
+    viewer.see(&here);
+    // The command line of this view, as it comes from the clipboard.
+    viewer.key("ctrl+k");
+    viewer.push("find a key");
+    viewer.key("ctrl+v");
+    viewer.see("terrane render 'island.toml' --set 'camera.view={");
+    viewer.key("ctrl+a");
+    viewer.key("BackSpace");
+    viewer.key("Escape");
+
+    // What is painted is asked about, and can be taken back.
+    viewer.push("Simulation");
+    viewer.push("Brush");
+    viewer.push("Raise");
+    viewer.drag([560, 320], [640, 320], "1");
+    viewer.key("ctrl+q");
+    viewer.see("Leave what was painted?");
+    viewer.push("Cancel");
+    viewer.see_no("Leave what was painted?");
+    viewer.push("Take the last stroke back");
+    viewer.see("finished");
+    viewer.key("ctrl+q");
+    good(&viewer.end());
+}
+
 #[test]
 fn files_are_opened_and_written() {
     let folder = folder_with(&[("island.toml", ISLAND), ("zoom.toml", ZOOM)]);
@@ -318,7 +365,7 @@ fn windows_look_as_they_should() {
 
 /// Keys and mouse at random, for about so many frames. Nothing that asks for a file, and nothing that ends it.
 fn monkey(seed: u64, frames: u32) -> String {
-    const KEYS: [&str; 24] = [
+    const KEYS: [&str; 26] = [
         "W",
         "A",
         "S",
@@ -343,6 +390,8 @@ fn monkey(seed: u64, frames: u32) -> String {
         "1",
         "ctrl+1",
         "F5",
+        "P",
+        "G",
     ];
     // Splitmix64 (Steele, Lea & Flood 2014).
     let mut state = seed;
@@ -381,6 +430,21 @@ fn a_monkey_breaks_nothing() {
     let desktop = Desktop::new();
     let arguments = ["island.toml", "--size", "320x180", "--script", "monkey.txt"];
     good(&desktop.view(folder.path(), &arguments, &[]).end());
+}
+
+#[test]
+#[ignore = "minutes: make test-long"]
+fn a_monkey_breaks_no_forest_and_no_zoom() {
+    let forest = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/forest/tiny.toml"));
+    let species = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/species/");
+    let forest = forest.expect("it is there").replace("../species/", species);
+    for (seed, world) in [(3, forest.as_str()), (4, ZOOM)] {
+        let script = monkey(seed, 2000) + "quit\n";
+        let folder = folder_with(&[("world.toml", world), ("monkey.txt", &script)]);
+        let desktop = Desktop::new();
+        let arguments = ["world.toml", "--size", "320x180", "--script", "monkey.txt"];
+        good(&desktop.view(folder.path(), &arguments, &[]).end());
+    }
 }
 
 #[test]

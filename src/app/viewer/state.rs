@@ -65,7 +65,7 @@ pub struct Bookmark {
 #[serde(rename_all = "snake_case")]
 pub enum View {
     /// Metres east, up and south of the middle of the terrain; the field of view in radians.
-    Land { position: [f32; 3], target: [f32; 3], fov: f32 },
+    Land { position: [f32; 3], target: [f32; 3] },
     /// The code of a place in an endless zoom.
     Zoom { code: String },
 }
@@ -182,7 +182,7 @@ mod tests {
         };
         state.panels.insert("timings".into(), true);
         state.opened(&folder.join("gone.toml"));
-        let view = View::Land { position: [1.0, 2.5, -3.0], target: [0.0; 3], fov: 0.6 };
+        let view = View::Land { position: [1.0, 2.5, -3.0], target: [0.0; 3] };
         state.bookmark(&folder.join("gone.toml"), Bookmark { name: "beach".into(), view });
         state.bookmark(
             &folder.join("z.toml"),

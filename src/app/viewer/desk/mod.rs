@@ -1,29 +1,32 @@
 //! What lies before the user: the picture of the world, and the panels round it.
 
 mod files;
+mod menu;
+mod places;
 
 use self::files::Next;
+use self::menu::TIMINGS;
 use super::camera::Steering;
 use super::document::{Document, OnDisk};
-use super::engine::{Command, Course, Engine, Frame, News, Pose, Section, Status, WorldStatus};
+use super::engine::{Command, Course, Engine, Frame, News, Section, Status, WorldStatus};
 use super::export::Export;
 use super::keys::{self, Action, Motion};
-use super::panels::files::{Chooser, Purpose, Recent, recent};
+use super::panels::files::{Chooser, Purpose};
 use super::panels::parameters::{Foresight, Wishes};
 use super::panels::{export as form, land, parameters, picture, plants, rounded, timings, welcome, zoom};
 use super::recovery::{self, Keeper, Pending};
 #[cfg(feature = "reload")]
 use super::shaders::{Replaced, Shaders};
-use super::state::{self, Bookmark, State};
+use super::state::State;
 use super::theme;
 use super::window::WORLD;
 use crate::app::Error;
 use crate::app::cli::options::DeviceOptions;
 use crate::gpu::{Image, Pacing, Timing, format::Rgba8};
 use crate::terrain::Stage;
-use crate::world::{KeyPath, World};
+use crate::world::World;
 use crate::zoom::marks::Marks;
-use egui::{Align2, Color32, Context, MenuBar, Panel, PointerButton, Rect, RichText, Sense, Ui, Vec2, vec2};
+use egui::{Align2, Color32, Context, Panel, PointerButton, Rect, RichText, Sense, Ui, Vec2, vec2};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -45,19 +48,6 @@ pub enum Wish {
     #[cfg(feature = "reload")]
     Reprogram,
     Close,
-}
-
-/// What menus have and keys have not.
-enum Other {
-    New,
-    OpenFolder,
-    Pace(Pacing),
-    ShowTimings(bool),
-    /// Worlds that were open before.
-    Recent(Recent),
-    /// Places that were remembered.
-    GoTo(String),
-    Forget(String),
 }
 
 pub struct Desk {
@@ -125,12 +115,6 @@ const MESSAGE: Duration = Duration::from_secs(8);
 
 /// The last ones are shown.
 const MOST_MESSAGES: usize = 5;
-
-/// The name of a panel that can be hidden alone.
-const TIMINGS: &str = "timings";
-
-/// A wider window has room for timings beside the picture, points.
-const ROOMY: f32 = 880.0;
 
 /// Radians that the eye turns for a point of the mouse's way.
 const LOOK: f32 = 0.004;
@@ -485,238 +469,7 @@ impl Desk {
         })
     }
 
-    // Places ----------------------------------------------------------------------------------------------------------
-
-    /// Where the eye is.
-    fn pose(&self) -> Option<Pose> {
-        match &self.status.world {
-            WorldStatus::None => None,
-            WorldStatus::Land { rig, .. } => Some(Pose::Land(*rig)),
-            WorldStatus::Zoom { code, .. } => Some(Pose::Zoom(code.clone())),
-        }
-    }
-
-    fn bookmark_view(&self) -> Option<state::View> {
-        Some(match self.pose()? {
-            Pose::Land(rig) => state::View::Land {
-                position: rig.eye.to_array(),
-                target: (rig.eye + rig.forward() * 100.0).to_array(),
-                fov: self.document.as_ref()?.world().fov,
-            },
-            Pose::Zoom(code) => state::View::Zoom { code },
-        })
-    }
-
-    fn remember(&mut self, name: String) {
-        let (Some(view), Some(document)) = (self.bookmark_view(), &self.document) else { return };
-        let source = document.source().to_path_buf();
-        self.state.bookmark(&source, Bookmark { name: name.clone(), view });
-        self.say(format!("remembered this place as {name}"), false);
-    }
-
-    /// Goes to the place of a number, or says how it gets one.
-    fn go_back_to(&mut self, number: u8) {
-        let Some(document) = &self.document else { return };
-        let name = number.to_string();
-        if self.state.bookmarks(document.source()).iter().any(|bookmark| bookmark.name == name) {
-            return self.go_back(&name);
-        }
-        let key = keys::shortcut(Action::SetBookmark(number)).unwrap_or_default();
-        self.say(format!("no place {number} is remembered yet: {key} remembers this one"), false);
-    }
-
-    fn go_back(&mut self, name: &str) {
-        let Some(document) = &self.document else { return };
-        let bookmark = self.state.bookmarks(document.source()).iter().find(|bookmark| bookmark.name == name);
-        let pose = match bookmark.map(|bookmark| &bookmark.view) {
-            Some(state::View::Land { position, target, .. }) => {
-                let eye = glam::Vec3::from(*position);
-                Pose::Land(super::camera::Rig::looking(eye, glam::Vec3::from(*target)))
-            }
-            Some(state::View::Zoom { code }) => Pose::Zoom(code.clone()),
-            None => return,
-        };
-        self.engine.send(Command::GoTo(pose));
-    }
-
-    /// The camera's keys for where the eye is.
-    fn camera_keys(&self) -> Option<(KeyPath, toml_edit::Value)> {
-        let Pose::Land(rig) = self.pose()? else { return None };
-        let rounded = |of: glam::Vec3| -> toml_edit::Array {
-            of.to_array().iter().map(|part| (f64::from(*part) * 100.0).round() / 100.0).collect()
-        };
-        let mut look = toml_edit::InlineTable::new();
-        let [position, target] = rig.written();
-        look.insert("position", rounded(position).into());
-        look.insert("target", rounded(target).into());
-        let mut view = toml_edit::InlineTable::new();
-        view.insert("look_at", look.into());
-        Some((KeyPath::from("camera.view"), view.into()))
-    }
-
-    /// The command line that renders what is seen, if the world's file says what is shown.
-    fn command_line(&self) -> Option<String> {
-        let document = self.document.as_ref()?;
-        let world = quoted(&document.source().display().to_string());
-        let name = quoted(&self.name("png"));
-        let [width, height] = self.size;
-        Some(match self.pose()? {
-            Pose::Zoom(code) => {
-                format!("terrane render {world} --from {code} --size {width}x{height} -o {name}")
-            }
-            Pose::Land(_) => {
-                let (path, value) = self.camera_keys()?;
-                let value = value.to_string();
-                format!(
-                    "terrane render {world} --set {} --size {width}x{height} -o {name}",
-                    quoted(&format!("{path}={}", value.trim()))
-                )
-            }
-        })
-    }
-
-    fn write_view(&mut self) {
-        let Some((path, value)) = self.camera_keys() else { return };
-        if let Some(document) = &mut self.document {
-            document.settle();
-            document.set(&path, value);
-        }
-    }
-
     // Panels ----------------------------------------------------------------------------------------------------------
-
-    /// Whether timings are among the panels of a window of this width: as the user has said, or else where there is room.
-    fn shows_timings(&self, width: f32) -> bool {
-        self.state.panels.get(TIMINGS).copied().unwrap_or(width > ROOMY)
-    }
-
-    fn menu(&mut self, ui: &mut Ui, width: f32) {
-        let (mut action, mut other) = (None, None);
-        let context = ui.ctx().clone();
-        let open = self.document.is_some();
-        MenuBar::new().ui(ui, |ui| {
-            let mut item = |ui: &mut Ui, enabled: bool, name: &str, of: Action| {
-                let button = egui::Button::new(name).shortcut_text(keys::shortcut(of).unwrap_or_default());
-                if ui.add_enabled(enabled, button).clicked() {
-                    action = Some(of);
-                    ui.close();
-                }
-            };
-            ui.menu_button("File", |ui| {
-                if ui.button("New").clicked() {
-                    other = Some(Other::New);
-                }
-                item(ui, true, "Open …", Action::Open);
-                if ui.button("Open a folder of settings …").clicked() {
-                    other = Some(Other::OpenFolder);
-                }
-                ui.menu_button("Recent", |ui| {
-                    other = other.take().or(recent(ui, &self.state).map(Other::Recent));
-                });
-                ui.separator();
-                item(ui, open, "Save", Action::Save);
-                item(ui, open, "Save as …", Action::SaveAs);
-                item(ui, open, "Read again", Action::Reload);
-                ui.separator();
-                item(ui, open, "Export …", Action::Export);
-                item(ui, open, "Save picture …", Action::Screenshot);
-                ui.separator();
-                item(ui, true, "Leave", Action::Quit);
-            });
-            let (undo, redo) = match &self.document {
-                Some(document) => {
-                    (document.undo_name().map(String::from), document.redo_name().map(String::from))
-                }
-                None => (None, None),
-            };
-            ui.menu_button("Edit", |ui| {
-                let name = |verb: &str, what: &Option<String>| match what {
-                    Some(what) => format!("{verb} {what}"),
-                    None => verb.into(),
-                };
-                item(ui, undo.is_some(), &name("Undo", &undo), Action::Undo);
-                item(ui, redo.is_some(), &name("Redo", &redo), Action::Redo);
-            });
-            ui.menu_button("View", |ui| {
-                let is_land = matches!(self.status.world, WorldStatus::Land { .. });
-                let is_zoom = matches!(self.status.world, WorldStatus::Zoom { .. });
-                let all = if is_zoom { "Level the horizon" } else { "All of the land" };
-                item(ui, is_land || is_zoom, all, Action::FrameAll);
-                item(ui, open, "Look round with the mouse", Action::MouseLook);
-                item(ui, is_land, "Trace paths", Action::Trace);
-                ui.separator();
-                item(ui, is_land || is_zoom, "Copy the command line of this view", Action::CopyCommand);
-                item(ui, is_land || is_zoom, "Remember this place as 1", Action::SetBookmark(1));
-                ui.menu_button("Places", |ui| other = other.take().or(self.places(ui)));
-                ui.separator();
-                item(ui, true, "Panels", Action::TogglePanels);
-                let mut timings = self.shows_timings(width);
-                let checkbox = egui::Checkbox::new(&mut timings, "Timings");
-                if ui.add_enabled(open, checkbox).changed() {
-                    other = Some(Other::ShowTimings(timings));
-                    ui.close();
-                }
-                item(ui, true, "Full screen", Action::FullScreen);
-                ui.menu_button("Frames", |ui| {
-                    for (pacing, name) in [
-                        (Pacing::Fifo, "with the display"),
-                        (Pacing::Mailbox, "with the display, the newest"),
-                        (Pacing::Immediate, "at once"),
-                    ] {
-                        if ui.radio(self.pacing == pacing, name).clicked() {
-                            other = Some(Other::Pace(pacing));
-                        }
-                    }
-                });
-            });
-            item(ui, true, "Help", Action::Help);
-        });
-        if let Some(action) = action {
-            self.act(&context, action);
-        }
-        match other {
-            Some(Other::New) => self.ask_for(Next::New),
-            Some(Other::OpenFolder) => self.ask(Purpose::OpenFolder, ""),
-            Some(Other::Recent(Recent::Open(path))) => self.ask_for(Next::Open(path)),
-            Some(Other::Recent(Recent::Forget(path))) => self.state.forget(&path),
-            Some(Other::GoTo(name)) => self.go_back(&name),
-            Some(Other::Forget(name)) => {
-                if let Some(document) = &self.document {
-                    self.state.remove_bookmark(document.source(), &name);
-                }
-            }
-            Some(Other::ShowTimings(shown)) => {
-                self.state.panels.insert(TIMINGS.into(), shown);
-            }
-            Some(Other::Pace(pacing)) => {
-                self.pacing = pacing;
-                self.wishes.push(Wish::Pace(pacing));
-            }
-            None => {}
-        }
-    }
-
-    /// Places to go back to.
-    fn places(&self, ui: &mut Ui) -> Option<Other> {
-        let mut clicked = None;
-        let bookmarks =
-            self.document.as_ref().map_or(&[][..], |document| self.state.bookmarks(document.source()));
-        if bookmarks.is_empty() {
-            ui.weak("none yet");
-        }
-        for Bookmark { name, .. } in bookmarks {
-            ui.horizontal(|ui| {
-                if ui.button(name).clicked() {
-                    clicked = Some(Other::GoTo(name.clone()));
-                    ui.close();
-                }
-                if ui.add(egui::Button::new("✖").frame(false)).on_hover_text("Forget it").clicked() {
-                    clicked = Some(Other::Forget(name.clone()));
-                }
-            });
-        }
-        clicked
-    }
 
     fn status_bar(&mut self, ui: &mut Ui) {
         ui.horizontal(|ui| {
@@ -958,11 +711,6 @@ impl Desk {
             self.messages.remove(index);
         }
     }
-}
-
-/// A word of a command line.
-fn quoted(word: &str) -> String {
-    format!("'{}'", word.replace('\'', "'\\''"))
 }
 
 /// A part of a panel that can be folded; whether it is open.
