@@ -1,21 +1,24 @@
 //! Land on the stage: it is simulated, looked at, planted and traced.
 
-use super::plants::{Gardener, Planted, Plants, Selected};
-use super::trace::{Ended, REST, Trace};
-use super::{Command, Frame, Means, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
+mod look;
+mod overlay;
+mod planting;
+
+use self::look::{Drawing, Drawn};
+pub use self::overlay::{Legend, Map, Overlay};
+use super::plants::{Gardener, Plants, Selected};
+use super::trace::{Ended, Trace};
+use super::{Command, Means, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
 use crate::app::population::{self, Sight};
 use crate::app::viewer::camera::Rig;
 use crate::app::{Error, keep::Keeper, land};
 use crate::core::camera::Pinhole;
 use crate::core::pace::SLICE;
-use crate::gpu::{
-    Gpu, Image, Recorder,
-    format::{R32f, Rgba8},
-};
+use crate::gpu::{Image, Recorder, format::Rgba8};
 use crate::plants::planting::Ground;
-use crate::raster::{self, Detail, Live, Quality, Scale, Shown};
+use crate::raster::{self, Live, Quality};
 use crate::scene::{self, Film, Picture, Population, Scene, View};
-use crate::terrain::{self, Brush, Kind, Layer, Simulation, Snapshot, Stage};
+use crate::terrain::{Brush, Kind, Simulation, Snapshot, Stage};
 use crate::world::World;
 use glam::{Vec2, Vec3};
 use std::path::Path;
@@ -39,105 +42,8 @@ const SECTION: usize = 300;
 /// Device memory that strokes of the brush may take, to be taken back.
 const STROKES: u64 = 256 << 20;
 
-/// What is laid over the picture in false colours.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Overlay {
-    pub map: Map,
-    pub opacity: f32,
-}
-
-/// What can be looked at in false colours.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Map {
-    Layer(Layer),
-    /// Degrees.
-    Slope,
-    Materials,
-}
-
-impl Map {
-    /// All that a world with these processes has.
-    pub fn all(plan: &terrain::Plan) -> Vec<Map> {
-        let layers = Layer::ALL.into_iter().filter(|layer| layer.exists_in(plan)).map(Map::Layer);
-        layers.chain([Map::Slope, Map::Materials]).collect()
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Map::Layer(layer) => layer.name(),
-            Map::Slope => "slope",
-            Map::Materials => "materials",
-        }
-    }
-
-    pub fn unit(self) -> &'static str {
-        match self {
-            Map::Layer(Layer::Flow) => "m³/s",
-            Map::Layer(Layer::Wetness) | Map::Materials => "",
-            Map::Layer(_) => "m",
-            Map::Slope => "°",
-        }
-    }
-
-    /// Depths and flows run through powers of ten.
-    fn scale(self) -> Scale {
-        match self {
-            Map::Layer(Layer::Water | Layer::Flow | Layer::Sediment) => Scale::Logarithmic,
-            _ => Scale::Linear,
-        }
-    }
-}
-
-/// What the colours of an overlay stand for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Legend {
-    pub map: Map,
-    pub bounds: [f32; 2],
-    pub scale: Scale,
-}
-
-/// Between two pictures while land changes.
-const CHANGING: Duration = Duration::from_millis(60);
-
 /// Between two glances of the host at land that changes: the eye is kept above it, and clicks meet it.
 const GLANCES: Duration = Duration::from_millis(500);
-
-/// What a picture of what moves should take: it has as many texels as that allows.
-const SWIFT: Duration = Duration::from_millis(70);
-
-/// Fewest texels of such a picture for one of the window's pixels, along a side.
-const COARSEST: f32 = 0.25;
-
-/// How well what is seen has been drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Drawn {
-    /// It shows what was.
-    Not,
-    /// As well as what moves can be.
-    Swift,
-    Once,
-    /// With all samples.
-    Well,
-}
-
-impl Drawn {
-    fn next(self) -> Drawn {
-        match self {
-            Drawn::Not => Drawn::Swift,
-            Drawn::Swift => Drawn::Once,
-            Drawn::Once | Drawn::Well => Drawn::Well,
-        }
-    }
-}
-
-/// A picture under way.
-struct Drawing {
-    target: Image<Rgba8>,
-    camera: Pinhole,
-    scale: f32,
-    comes_to: Drawn,
-    begun: Instant,
-}
 
 pub struct Land {
     world: Arc<World>,
@@ -585,121 +491,6 @@ impl Land {
         Ok(())
     }
 
-    /// Does a slice of what there is to do until what is seen is drawn well; whether there was anything.
-    fn look(&mut self, studio: &mut Studio, speaker: &Speaker, moves: bool) -> Result<bool, Error> {
-        let stale = self.changed || self.drawn == Drawn::Not;
-        // What is seen will be traced at once, and needs no better picture before.
-        let traces = self.tracing && (self.gardener.is_none() || self.plants.is_some()) && !moves;
-        // What moves is not drawn well; but what is drawn for it is, to the end, or nothing would ever be seen.
-        if (stale || traces) && self.drawing.as_ref().is_some_and(|drawing| drawing.comes_to > Drawn::Swift) {
-            self.drawing = None;
-        }
-        if let Some(drawing) = self.drawing.take() {
-            // Where that fails there is nothing to show.
-            if self.live.step(SLICE)? {
-                self.drawing = Some(drawing);
-                return Ok(true);
-            }
-            let Drawing { target, camera, scale, comes_to, begun } = drawing;
-            if comes_to == Drawn::Swift {
-                let texels = f64::from(target.size()[0]) * f64::from(target.size()[1]);
-                self.seconds_a_texel = begun.elapsed().as_secs_f64() / texels;
-            }
-            studio.took(if comes_to == Drawn::Swift { "swift picture" } else { "picture" }, begun);
-            speaker.say(News::Frame(Frame { image: target, scale, camera: Some(camera) }));
-            self.trace.hide();
-            // What moved meanwhile is not drawn yet.
-            if self.drawn != Drawn::Not || comes_to == Drawn::Swift {
-                self.drawn = comes_to;
-            }
-            let passes = self.live.timings().iter();
-            studio.passes = passes.map(|pass| (pass.name, 1e3 * pass.duration.as_secs_f32())).collect();
-            return Ok(true);
-        }
-        if stale && (!moves || self.begun.elapsed() >= CHANGING || !self.changed) {
-            if std::mem::take(&mut self.changed) {
-                self.trace.forget();
-                let mut ground = self.live.scene().ground.clone();
-                self.simulation.update(&mut ground)?;
-                self.live.set_ground(ground)?;
-                self.shown = None;
-                self.outdated = true;
-            }
-            self.begin(studio, Drawn::Swift)?;
-            return Ok(true);
-        }
-        if !traces && !self.live.is_lit() {
-            let begun = Instant::now();
-            if !self.live.relight(SLICE)? {
-                // All that was drawn stands in the old light.
-                self.drawn = Drawn::Not;
-            }
-            studio.took("light", begun);
-            return Ok(true);
-        }
-        if !moves && !traces && self.drawn != Drawn::Well {
-            self.begin(studio, self.drawn.next())?;
-            return Ok(true);
-        }
-        Ok(false)
-    }
-
-    fn begin(&mut self, studio: &mut Studio, comes_to: Drawn) -> Result<(), Error> {
-        let pixels = studio.size.map(f64::from);
-        let scale = match comes_to {
-            Drawn::Not | Drawn::Swift => {
-                let affordable = SWIFT.as_secs_f64() / self.seconds_a_texel;
-                ((affordable / (pixels[0] * pixels[1])).sqrt() as f32).clamp(COARSEST, 1.0)
-            }
-            Drawn::Once | Drawn::Well => 1.0,
-        };
-        let size = studio.size.map(|side| ((side as f32 * scale) as u32).max(1));
-        let film = self.film(size);
-        let overlay = self.overlay(&studio.gpu)?;
-        let camera = self.camera(&film);
-        let view = raster::View {
-            camera,
-            film,
-            samples: if comes_to == Drawn::Well { 2 } else { 1 },
-            detail: if comes_to > Drawn::Swift { Detail::Full } else { Detail::Swift },
-            overlay,
-        };
-        let target = studio.image(size)?;
-        let begun = Instant::now();
-        self.live.begin(&view, &target)?;
-        // What happens while it is drawn makes it stale again.
-        if comes_to == Drawn::Swift {
-            self.drawn = Drawn::Swift;
-        }
-        self.begun = begun;
-        self.drawing = Some(Drawing { target, camera, scale, comes_to, begun });
-        Ok(())
-    }
-
-    /// The layer over the picture, of the land as it is.
-    fn overlay(&mut self, gpu: &Gpu) -> Result<Option<raster::Overlay>, Error> {
-        let Some(Overlay { map, opacity }) = self.overlay else { return Ok(None) };
-        if self.shown.is_none() {
-            let scale = map.scale();
-            let (shown, bounds) = match map {
-                Map::Materials => {
-                    let maps = self.live.maps()?;
-                    (Shown::Materials(maps.splat), [0.0, 1.0])
-                }
-                Map::Slope | Map::Layer(_) => {
-                    let image = match map {
-                        Map::Layer(layer) => self.simulation.layer(layer)?,
-                        Map::Slope | Map::Materials => self.live.maps()?.slope,
-                    };
-                    let bounds = bounds(gpu, &image, scale)?;
-                    (Shown::Values { image, bounds, scale }, bounds)
-                }
-            };
-            self.shown = Some((raster::Overlay { shown, opacity }, Legend { map, bounds, scale }));
-        }
-        Ok(self.shown.as_ref().map(|(overlay, _)| raster::Overlay { opacity, ..overlay.clone() }))
-    }
-
     fn trace(&mut self, means: Means<'_>) -> Result<Slice, Error> {
         let live = self.live.scene();
         let population = self.pictured.as_ref().map_or(&live.population, |(_, population)| population);
@@ -714,93 +505,6 @@ impl Land {
             Ended::By(command) => Slice::Interrupted(Box::new(command)),
             Ended::Gone => Slice::Gone,
         })
-    }
-
-    /// Lets plants grow on the finished land, and takes them once they are there. Ground cover follows an eye that rests.
-    fn plant(&mut self, studio: &mut Studio, speaker: &Speaker, moves: bool) -> Result<(), Error> {
-        let has_none = self.world.plants.rules.is_empty() && self.world.plants.standing.is_empty();
-        if self.gardener.is_none() && (self.plants.is_some() || has_none) {
-            self.plants.get_or_insert_default();
-            return Ok(());
-        }
-        if self.gardener.is_none() {
-            let gardener = Gardener::begin(&studio.gpu, &self.world, &self.simulation);
-            self.gardener = Some(self.or_bare(gardener)?);
-        }
-        // What moves is drawn to the end.
-        if self.drawing.as_ref().is_none_or(|drawing| drawing.comes_to > Drawn::Swift) {
-            self.take_plants(studio, speaker)?;
-        }
-        let rests = !moves && self.moved.elapsed() >= REST;
-        let bare = self.bare(studio).filter(|_| rests || self.plants.is_none());
-        if let (Some(gardener), Some(sight)) = (&mut self.gardener, bare)
-            && !gardener.is_busy()
-        {
-            gardener.ask(sight);
-        }
-        Ok(())
-    }
-
-    /// What is seen without its ground cover.
-    fn bare(&self, studio: &Studio) -> Option<Sight> {
-        if self.plants.is_some() && !self.world.plants.follows_camera() {
-            return None;
-        }
-        if self.tracing && self.plants.is_some() {
-            let picture = Sight::Picture(self.written_camera(&self.film(studio.size)));
-            let is_planted = self.pictured.as_ref().is_some_and(|(sight, _)| *sight == picture);
-            return Some(picture).filter(|_| !is_planted);
-        }
-        let [eye, _] = self.rig.written();
-        Some(Sight::Round(eye)).filter(|round| self.covered != Some(*round))
-    }
-
-    /// Takes what has been planted.
-    fn take_plants(&mut self, studio: &mut Studio, speaker: &Speaker) -> Result<(), Error> {
-        let Some((sight, begun, planted)) = self.gardener.as_mut().and_then(Gardener::ended) else {
-            return Ok(());
-        };
-        let is_first = self.plants.is_none();
-        studio.took(if is_first { "planting" } else { "ground cover" }, begun);
-        let Planted { plants, warnings } = match planted {
-            Ok(planted) => planted,
-            Err(error) if is_first => return self.or_bare(Err(error)),
-            Err(error) => {
-                // It would fail again.
-                (self.covered, self.tracing) = (Some(sight), false);
-                return Err(error);
-            }
-        };
-        warnings.into_iter().for_each(|warning| speaker.say(News::Said(warning)));
-        if matches!(sight, Sight::Picture(_)) {
-            self.pictured = Some((sight, plants.population));
-            return Ok(());
-        }
-        self.covered = Some(sight);
-        if !self.world.plants.follows_camera() {
-            self.gardener = None;
-        }
-        // Far from all ground there is none to be seen, before and after.
-        if !is_first && plants.population.instances == self.live.scene().population.instances {
-            return Ok(());
-        }
-        self.live.set_population(plants.population.clone());
-        self.selected = self.selected.take().and_then(|selected| plants.find(&selected)).map(Arc::new);
-        self.plants = Some(plants);
-        self.drawing = None;
-        if is_first {
-            self.trace.forget();
-        }
-        self.look_again();
-        Ok(())
-    }
-
-    /// Whatever fails is not tried again: the land stays bare.
-    fn or_bare<T>(&mut self, result: Result<T, Error>) -> Result<T, Error> {
-        if result.is_err() {
-            (self.plants, self.gardener) = (Some(Plants::default()), None);
-        }
-        result
     }
 
     /// As `terrane render` would make it from here.
@@ -887,26 +591,6 @@ pub fn show(studio: &mut Studio, picture: &Picture, film: &Film) -> Result<Image
     rec.upload(&image, &texels);
     rec.submit()?.wait()?;
     Ok(image)
-}
-
-/// What the colours of a layer stand for: nearly all of its values.
-fn bounds(gpu: &Gpu, image: &Image<R32f>, scale: Scale) -> Result<[f32; 2], Error> {
-    let mut rec = Recorder::new(gpu);
-    let values = rec.download(image);
-    let mut values = values.take(&rec.submit()?.wait()?);
-    if scale == Scale::Logarithmic {
-        values.retain(|value| *value > 1e-6);
-    }
-    values.retain(|value| value.is_finite());
-    if values.is_empty() {
-        return Ok(if scale == Scale::Logarithmic { [1e-3, 1.0] } else { [0.0, 1.0] });
-    }
-    let mut at = |share: f64| {
-        let index = (share * (values.len() - 1) as f64) as usize;
-        *values.select_nth_unstable_by(index, f32::total_cmp).1
-    };
-    let [low, high] = [at(0.005), at(0.995)];
-    Ok([low, if high > low { high } else { low + low.abs().max(1e-3) }])
 }
 
 /// Heights of the land as it is shown, on the host.
