@@ -30,7 +30,7 @@ const LONGEST: Duration = Duration::from_secs(20);
 const MOST_KEPT: usize = 4000;
 
 fn fuzz_one_kind(name: &str) {
-    let seconds = number("TERRANE_FUZZ_SECONDS").unwrap_or(15);
+    let seconds = number("TERRANE_FUZZ_SECONDS").unwrap_or(5);
     let folder = tempfile::tempdir_in(memory()).unwrap();
     let mut command = child(name, folder.path());
     command.env("TERRANE_FUZZ_SECONDS", seconds.to_string()).stdout(Stdio::piped());

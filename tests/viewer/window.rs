@@ -218,7 +218,9 @@ fn places_are_gone_back_to_and_land_is_painted() {
     viewer.push("Simulation");
     viewer.push("Brush");
     viewer.push("Raise");
-    viewer.drag([560, 320], [640, 320], "1");
+    viewer.drag([500, 300], [560, 300], "1");
+    // Until the desk has heard of it.
+    std::thread::sleep(Duration::from_millis(1000));
     viewer.key("ctrl+q");
     viewer.see("Leave what was painted?");
     viewer.push("Cancel");

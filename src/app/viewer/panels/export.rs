@@ -112,21 +112,15 @@ impl Form {
             ui.colored_label(ui.visuals().error_fg_color, mistake);
         }
         ui.horizontal(|ui| match said {
-            Some(Said { last, share, .. }) => {
-                let width = ui.available_width() - 70.0;
-                match share {
-                    Some(share) => {
-                        let text = RichText::new(last).small();
-                        ui.add(egui::ProgressBar::new(*share).desired_width(width).text(text));
+            Some(said) => {
+                // The button comes first: where it is pressed, it is the same one when it is let go, whatever else is told by then.
+                let row = egui::Layout::right_to_left(egui::Align::Center);
+                ui.with_layout(row, |ui| {
+                    if ui.button("Cancel").clicked() {
+                        outcome = Some(Outcome::Cancel);
                     }
-                    None => {
-                        ui.spinner();
-                        ui.add_sized([width - 24.0, 0.0], egui::Label::new(last).truncate());
-                    }
-                }
-                if ui.button("Cancel").clicked() {
-                    outcome = Some(Outcome::Cancel);
-                }
+                    progress(ui, said);
+                });
             }
             None => {
                 if ui.add_enabled(mistake.is_none(), egui::Button::new("Write files")).clicked() {
@@ -206,6 +200,20 @@ fn several(ui: &mut Ui, words: &[PossibleValue], values: &mut Vec<String>, is_zo
             if on {
                 values.push(word.into());
             }
+        }
+    }
+}
+
+/// How far an export has come.
+fn progress(ui: &mut Ui, said: &Said) {
+    let text = RichText::new(&said.last).small();
+    match said.share {
+        Some(share) => {
+            ui.add(egui::ProgressBar::new(share).desired_width(ui.available_width()).text(text));
+        }
+        None => {
+            ui.spinner();
+            ui.add(egui::Label::new(text).truncate());
         }
     }
 }
