@@ -260,6 +260,8 @@ impl Viewer<'_> {
             let between = |from: u32, to: u32| (from * (10 - step) + to * step) / 10;
             let [x, y] = at(between(from_x, to_x), between(from_y, to_y));
             self.hand(&["mousemove", "--window", window, &x, &y]);
+            // No hand is so fast that all of it happens between two frames.
+            sleep(Duration::from_millis(30));
         }
         self.hand(&["mouseup", button]);
     }

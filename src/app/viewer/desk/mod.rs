@@ -661,15 +661,20 @@ impl Desk {
     /// Lets the brush touch the land; whether it is in the hand.
     fn paint(&mut self, response: &egui::Response, place: Option<[f32; 2]>) -> bool {
         let (Some(kind), false) = (self.brush.kind, self.looking) else { return false };
-        let held = response.is_pointer_button_down_on()
-            && response.ctx.input(|input| input.pointer.button_down(PointerButton::Primary));
-        if !held {
+        let (pressed, down) = response.ctx.input(|input| {
+            let pointer = &input.pointer;
+            (pointer.button_pressed(PointerButton::Primary), pointer.button_down(PointerButton::Primary))
+        });
+        // A dab may begin and end between two frames.
+        let begins = pressed && (response.is_pointer_button_down_on() || response.contains_pointer());
+        let held = down && response.is_pointer_button_down_on();
+        if !held && !begins {
             return response.dragged_by(PointerButton::Primary);
         }
-        if response.ctx.input(|input| input.pointer.button_pressed(PointerButton::Primary)) {
+        if begins {
             self.engine.send(Command::Stroke);
         }
-        if let (Some(at), true) = (place, self.engine.is_listening()) {
+        if let (Some(at), true) = (place, begins || self.engine.is_listening()) {
             let (radius, strength) = (self.brush.radius, self.brush.amount());
             self.engine.send(Command::Paint { kind, at, radius, strength });
         }
