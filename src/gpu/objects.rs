@@ -18,9 +18,8 @@ pub(super) struct Objects {
 
 /// What goes from one recorder to the next, emptied in between.
 ///
-/// Nothing of it is destroyed before the device. That saves drivers the making, and it is what the validation layer needs where threads
-/// share a device: as late as 1.3.239 it forgets the labels of a command buffer that is destroyed without the lock that it takes for
-/// all else.
+/// That saves drivers the making. And no command buffer is destroyed before the device, which is what the validation layer needs where
+/// threads share one: as late as 1.3.239 it forgets the labels of a buffer that is destroyed without the lock that it takes for all else.
 #[derive(Default)]
 pub(super) struct Pools {
     commands: vk::CommandPool,
