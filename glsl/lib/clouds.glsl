@@ -42,7 +42,7 @@ vec4 cloud_ring(vec3 view, float away, uint stream) {
 
 // Draws the clouds that are nearer than `path` over `radiance`, far ones first, each behind its share of air.
 vec3 with_clouds(vec3 radiance, vec3 view, float path) {
-    if (frame.clouds == 0.0 || abs(view.y) > 0.35) return radiance;
+    if (!may_have_clouds(view)) return radiance;
     float away = 60000.0;
     int ring = 0;
     // Land hides most rings: a loop ends where none is left, while conditions within it cost what they skip on a device that

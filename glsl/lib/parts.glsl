@@ -22,7 +22,7 @@ uint part_of(vec3 view, float first_range, out float path) {
     }
     if (first_range < 0.0) return PLANT;
     if (path > 0.0) return GROUND;
-    return frame.clouds == 0.0 || abs(view.y) > 0.35 ? CLEAR : CLOUDY;
+    return may_have_clouds(view) ? CLOUDY : CLEAR;
 }
 
 #endif

@@ -83,7 +83,9 @@ Ground ground(Place place) {
     floor_colour = mix(floor_colour, frame.reef * (1.0 + 0.5 * trees.x), coral);
 
     // Ground below and rock above, whatever else there is (Rudzki 2020, section 3.3).
-    bool by_height = frame.by_height.y > frame.by_height.x;
+    // A choice of numbers that is compared with the place, and no branch on the frame alone: see `may_have_clouds`.
+    float highest = frame.by_height.y > frame.by_height.x ? 1e30 : -1e30;
+    bool by_height = place.point.y < highest;
     if (by_height) {
         float low = clamp((frame.by_height.y - place.point.y) / (frame.by_height.y - frame.by_height.x), 0.0, 1.0);
         weights = vec4(low, 1.0 - low, 0.0, 0.0);

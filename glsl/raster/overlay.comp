@@ -17,7 +17,6 @@ layout(push_constant, scalar) uniform Push {
     vec2 bounds;     // values of the first colour and of the last one
     float opacity;
     uint scale;      // of the values: LINEAR, LOGARITHMIC; WEIGHTS mixes a colour for each weight
-    int side;        // of the square of samples in a pixel
     int first;       // row of pixels that the first invocations are of
 } push;
 
@@ -51,8 +50,9 @@ void main() {
     if (any(greaterThanEqual(at, imageSize(picture)))) return;
     vec3 sum = vec3(0.0);
     float covered = 0.0;
-    for (int index = 0; index < push.side * push.side; ++index) {
-        ivec2 sample_ = at * push.side + ivec2(index % push.side, index / push.side);
+    int side = imageSize(range).x / imageSize(picture).x;   // of the square of samples in a pixel
+    for (int index = 0; index < side * side; ++index) {
+        ivec2 sample_ = at * side + ivec2(index % side, index / side);
         vec3 view = camera_ray(vec2(sample_) + 0.5);
         float path = abs(imageLoad(range, sample_).x);
         float sea = range_of_sea(view);
@@ -63,6 +63,6 @@ void main() {
         covered += 1.0;
     }
     if (covered == 0.0) return;
-    float opacity = push.opacity * covered / float(push.side * push.side);
+    float opacity = push.opacity * covered / float(side * side);
     imageStore(picture, at, vec4(mix(imageLoad(picture, at).rgb, sum / covered, opacity), 1.0));
 }

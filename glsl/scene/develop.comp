@@ -11,10 +11,12 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(binding = 0, rgba32f) uniform readonly image2D radiance;
 layout(binding = 1, rgba8) uniform writeonly image2D picture;
 
+// A constant, and the side of the square asked from the images: lavapipe compiles a program anew, each time it is run, for the value of a
+// push constant that branches and loops hang on, and keeps them all (seen in Mesa 22.3).
+layout(constant_id = 0) const uint TONE_MAP = 0;
+
 layout(push_constant, scalar) uniform Push {
-    int side;        // of the square, in samples
     float exposure;
-    uint tone_map;
     int first;       // row of pixels that the first invocations are of
 } push;
 
@@ -26,12 +28,13 @@ float dither(ivec2 at) {
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.first);
     if (any(greaterThanEqual(at, imageSize(picture)))) return;
+    int side = imageSize(radiance).x / imageSize(picture).x;
     vec3 sum = vec3(0.0);
-    for (int row = 0; row < push.side; ++row) {
-        for (int column = 0; column < push.side; ++column) {
-            sum += imageLoad(radiance, at * push.side + ivec2(column, row)).rgb;
+    for (int row = 0; row < side; ++row) {
+        for (int column = 0; column < side; ++column) {
+            sum += imageLoad(radiance, at * side + ivec2(column, row)).rgb;
         }
     }
-    vec3 linear = sum * (push.exposure / float(push.side * push.side));
-    imageStore(picture, at, vec4(floor(shown(linear, push.tone_map) * 255.0 + dither(at)) / 255.0, 1.0));
+    vec3 linear = sum * (push.exposure / float(side * side));
+    imageStore(picture, at, vec4(floor(shown(linear, TONE_MAP) * 255.0 + dither(at)) / 255.0, 1.0));
 }

@@ -16,7 +16,6 @@ layout(binding = 2, rgba16f) uniform readonly image2DArray background;
 layout(binding = 3, rgba32f) uniform writeonly image2D picture;
 
 layout(push_constant, scalar) uniform Push {
-    int side;           // of the square, in samples
     float exposure;
     float altitude;     // distance of the nearest ground
     vec2 veil;          // octaves from there to where haze begins, and to where there is nothing but sky
@@ -73,10 +72,11 @@ void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy) + ivec2(0, push.row);
     if (any(greaterThanEqual(at, imageSize(picture)))) return;
     vec3 sum = vec3(0.0);
-    for (int row = 0; row < push.side; ++row) {
-        for (int column = 0; column < push.side; ++column) {
-            sum += seen(at * push.side + ivec2(column, row));
+    int side = imageSize(radiance).x / imageSize(picture).x;   // of the square, in samples
+    for (int row = 0; row < side; ++row) {
+        for (int column = 0; column < side; ++column) {
+            sum += seen(at * side + ivec2(column, row));
         }
     }
-    imageStore(picture, at, vec4(sum * (push.exposure / float(push.side * push.side)), 1.0));
+    imageStore(picture, at, vec4(sum * (push.exposure / float(side * side)), 1.0));
 }

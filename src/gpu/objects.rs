@@ -92,10 +92,11 @@ impl Objects {
             unsafe { device.allocate_descriptor_sets(&info) }
                 .map(|sets| sets.into_iter().next().unwrap_or_default())
         };
-        if let Some(last) = pools.used.checked_sub(1)
-            && let Ok(set) = allocate(pools.descriptors[last])
-        {
-            return Ok(set);
+        if let Some(last) = pools.used.checked_sub(1) {
+            match allocate(pools.descriptors[last]) {
+                Err(vk::Result::ERROR_OUT_OF_POOL_MEMORY | vk::Result::ERROR_FRAGMENTED_POOL) => {}
+                result => return result.map_err(vk_error("vkAllocateDescriptorSets")),
+            }
         }
         // None yet, or a full one.
         if pools.used == pools.descriptors.len() {

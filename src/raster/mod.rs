@@ -206,7 +206,7 @@ impl Renderer {
         rec.dispatch(
             &self.resolve,
             tile.size,
-            resolve::Push { side: tile.samples as i32, exposure: film.exposure },
+            resolve::Push { exposure: film.exposure },
             resolve::Bindings { radiance: &radiance, picture: &pixels },
         );
         let download = rec.download(&pixels);

@@ -117,12 +117,12 @@ impl Pass {
         })
     }
 
-    /// Lays it over some rows of pixels of `picture`, each of `samples` × `samples` samples.
+    /// Lays it over some rows of pixels of `picture`, each of a square of samples of `range`.
     pub fn record(
         &self,
         rec: &mut Recorder,
         overlay: &Overlay,
-        (frame, range, samples): (&Buffer<Frame>, &Image<R32f>, u32),
+        (frame, range): (&Buffer<Frame>, &Image<R32f>),
         picture: &Image<Rgba8>,
         rows: Range<u32>,
     ) {
@@ -144,7 +144,6 @@ impl Pass {
                 bounds,
                 opacity: overlay.opacity.clamp(0.0, 1.0),
                 scale,
-                side: samples as i32,
                 first: rows.start as i32,
             },
             overlay::Bindings { frame, range, values, weights, colours, picture },

@@ -9,13 +9,14 @@ use crate::shaders::scene::develop;
 use std::ops::Range;
 
 /// Makes pixels of samples.
-pub struct Developer(Compute<develop::Shader>);
+pub struct Developer {
+    clamped: Compute<develop::Shader>,
+    filmic: Compute<develop::Shader>,
+}
 
 /// How samples become pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Development {
-    /// Side of the square of samples in a pixel.
-    pub samples: u32,
     /// Factor to linear light, of which 1 is then the film's white.
     pub exposure: f32,
     pub tone_map: ToneMap,
@@ -25,11 +26,13 @@ impl Developer {
     /// # Errors
     /// What the device lacks or has no memory for.
     pub fn new(gpu: &Gpu) -> gpu::Result<Self> {
-        Ok(Developer(Compute::new(gpu, ())?))
+        // As glsl/lib/tone_map.glsl numbers them.
+        let program = |tone_map| Compute::new(gpu, develop::Constants { tone_map });
+        Ok(Developer { clamped: program(0)?, filmic: program(1)? })
     }
 
-    /// Records the development of all of `target`: 8-bit sRGB and 255, of linear Rec.709, of which `light` has as many samples as it
-    /// says.
+    /// Records the development of all of `target`: 8-bit sRGB and 255, of linear Rec.709, of which `light` has a square of
+    /// samples for every pixel.
     pub fn develop(
         &self,
         rec: &mut Recorder,
@@ -49,18 +52,12 @@ impl Developer {
         development: Development,
         rows: Range<u32>,
     ) {
-        let Development { samples, exposure, tone_map } = development;
-        let push = develop::Push {
-            side: samples as i32,
-            exposure,
-            // As glsl/lib/tone_map.glsl numbers them.
-            tone_map: match tone_map {
-                ToneMap::None => 0,
-                ToneMap::Filmic => 1,
-            },
-            first: rows.start as i32,
+        let program = match development.tone_map {
+            ToneMap::None => &self.clamped,
+            ToneMap::Filmic => &self.filmic,
         };
+        let push = develop::Push { exposure: development.exposure, first: rows.start as i32 };
         let size = [target.size()[0], rows.len() as u32];
-        rec.dispatch(&self.0, size, push, develop::Bindings { radiance: light, picture: target });
+        rec.dispatch(program, size, push, develop::Bindings { radiance: light, picture: target });
     }
 }

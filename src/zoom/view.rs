@@ -494,7 +494,6 @@ impl Renderer {
         // Samples tell distances in cells of the level of their own altitude.
         let scale = libm::exp2(f64::from(own.level) - f64::from(altitude.level));
         let push = develop::Push {
-            side: self.settings.samples as i32,
             exposure: self.film.exposure,
             altitude: (altitude.cells * scale) as f32,
             veil: [self.settings.clear.min(0.99) * octaves, *octaves],

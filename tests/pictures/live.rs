@@ -83,7 +83,7 @@ fn pictures_are_developed_as_on_the_host() {
     for tone_map in [ToneMap::None, ToneMap::Filmic] {
         let mut rec = Recorder::new(&gpu);
         rec.upload(&image, &light);
-        developer.develop(&mut rec, &image, &target, Development { samples, exposure, tone_map });
+        developer.develop(&mut rec, &image, &target, Development { exposure, tone_map });
         rec.submit().expect("submitted").wait().expect("finished");
         let found = texels(&gpu, &target);
         let mut picture = Picture::new(width, height);
@@ -113,7 +113,7 @@ fn what_is_no_light_is_developed_to_something() {
     let target = Image::<Rgba8>::new(&gpu, "target", [2, 1]).expect("an image");
     let mut rec = Recorder::new(&gpu);
     rec.upload(&image, &[[f32::INFINITY; 4], [-3.0, f32::NEG_INFINITY, -0.0, 1.0]]);
-    let development = Development { samples: 1, exposure: 1.0, tone_map: ToneMap::Filmic };
+    let development = Development { exposure: 1.0, tone_map: ToneMap::Filmic };
     developer.develop(&mut rec, &image, &target, development);
     rec.submit().expect("submitted").wait().expect("finished");
     let found = texels(&gpu, &target);

@@ -51,7 +51,7 @@ fn developed(gpu: &Gpu) -> [u8; 4] {
     let target = Image::<Rgba8>::new(gpu, "picture", [1, 1]).expect("an image");
     let mut rec = Recorder::new(gpu);
     rec.upload(&light, &[[0.18, 0.18, 0.18, 1.0]]);
-    let development = Development { samples: 1, exposure: 1.0, tone_map: ToneMap::None };
+    let development = Development { exposure: 1.0, tone_map: ToneMap::None };
     developer.develop(&mut rec, &light, &target, development);
     let texels = rec.download(&target);
     let texels = texels.take(&rec.submit().expect("room").wait().expect("a device"));

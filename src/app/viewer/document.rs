@@ -184,6 +184,11 @@ impl Document {
         self.refused.as_ref()
     }
 
+    /// The file is as it was: what was wrong with it is mended.
+    pub fn note_same(&mut self) {
+        self.refused.take_if(|refused| refused.path.is_none());
+    }
+
     pub fn forget_refusal(&mut self) {
         self.refused = None;
     }
@@ -200,13 +205,14 @@ impl Document {
     pub fn edit(&mut self, edit: &Edit) -> bool {
         let mut document = self.world.document.clone();
         let edited = edit.apply(&mut document).map(|()| document.to_string());
-        let (text, world) = match edited.and_then(|text| Ok((self.parse(&text, &self.folder)?, text))) {
-            Ok((world, text)) => (text, world),
-            Err(error) => {
-                self.refuse(Some(edit.path().clone()), &error);
-                return false;
-            }
-        };
+        let (text, world) =
+            match edited.and_then(|text| Ok((self.parse(text.as_bytes(), &self.folder)?, text))) {
+                Ok((world, text)) => (text, world),
+                Err(error) => {
+                    self.refuse(Some(edit.path().clone()), &error);
+                    return false;
+                }
+            };
         self.refused = None;
         if text == self.text {
             return false;
@@ -273,7 +279,7 @@ impl Document {
     fn take(&mut self, step: &Step) -> Option<Step> {
         self.held = None;
         let text = relocated(&step.text, &step.folder, &self.folder);
-        match self.parse(&text, &self.folder) {
+        match self.parse(text.as_bytes(), &self.folder) {
             Ok(world) => {
                 self.refused = None;
                 let back = Step::new(&step.what, &self.text, &self.folder);
@@ -302,10 +308,9 @@ impl Document {
     }
 
     /// The world that a text makes. What its folder alone knows stays.
-    fn parse(&self, text: &str, folder: &Path) -> Result<World, world::Error> {
+    fn parse(&self, text: &[u8], folder: &Path) -> Result<World, world::Error> {
         let source = self.path.as_ref().unwrap_or(&self.source);
-        let world =
-            world::parse(&source.display().to_string(), text.as_bytes(), folder, &Overrides::default())?;
+        let world = world::parse(&source.display().to_string(), text, folder, &Overrides::default())?;
         match self.path {
             Some(_) => Ok(world),
             None => Ok(World { name: self.world.name.clone(), photo: self.world.photo.clone(), ..world }),
@@ -341,17 +346,22 @@ impl Document {
     /// When it can't be read, or makes no world ([`Document::refused`] tells that, too): the old one stays.
     pub fn reload(&mut self) -> Result<bool, Error> {
         let Some(path) = self.path.clone() else { return Err(Error::NoFile(self.source.clone())) };
-        let text = read(&path)?;
-        if Some(&text) == self.on_disk.as_ref() {
+        let bytes = formats::read_bytes(&path, MAX_BYTES)?;
+        if Some(bytes.as_slice()) == self.on_disk.as_ref().map(String::as_bytes) {
+            self.note_same();
             return Ok(false);
         }
-        let world = match self.parse(&text, &self.folder) {
+        let world = match self.parse(&bytes, &self.folder) {
             Ok(world) => world,
             Err(error) => {
                 self.refuse(None, &error);
+                if let Some(Refusal { message, .. }) = &mut self.refused {
+                    *message = format!("{} on disk is not taken: {message}", self.world.name);
+                }
                 return Err(error.into());
             }
         };
+        let text = String::from_utf8_lossy(&bytes).into_owned();
         self.held = None;
         self.refused = None;
         self.on_disk = Some(text.clone());
@@ -666,6 +676,13 @@ mod tests {
         assert!(document.reload().is_err());
         assert!(document.refused().is_some_and(|refused| refused.message.contains("`sea` must be a table")));
         assert_eq!(document.world().seed, 5);
+        assert!(document.refused().is_some_and(|refused| refused.message.contains("on disk")));
+        fs::write(&path, [TEXT.as_bytes(), b"# \xff"].concat()).expect("it can be written");
+        assert!(document.reload().is_err());
+        // Mended, there is nothing to complain of.
+        fs::write(&path, TEXT.replace("100", "90")).expect("it can be written");
+        assert!(!document.reload().expect("it is as it was"));
+        assert_eq!(document.refused(), None);
     }
 
     #[test]

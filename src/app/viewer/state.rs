@@ -64,7 +64,7 @@ pub struct Bookmark {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum View {
-    /// Metres east, up and south of the middle of the terrain; the field of view in radians.
+    /// Metres east, up and south of the middle of the terrain.
     Land { position: [f32; 3], target: [f32; 3] },
     /// The code of a place in an endless zoom.
     Zoom { code: String },

@@ -416,12 +416,12 @@ impl Live {
         // Pixels of which all samples are there.
         let pixel_row = |row: u32| if row == tiles.rows() { film.height } else { row * TILE / samples };
         let pixel_rows = pixel_row(rows.start)..pixel_row(rows.end);
-        let development = Development { samples: *samples, exposure: film.exposure, tone_map: film.tone_map };
+        let development = Development { exposure: film.exposure, tone_map: film.tone_map };
         let developer = &self.passes.developer;
         if !pixel_rows.is_empty() {
             developer.develop_rows(&mut rec, radiance, target, development, pixel_rows.clone());
             if let Some(overlay) = overlay {
-                let seen = (&self.prepared.frame, range, *samples);
+                let seen = (&self.prepared.frame, range);
                 self.passes.overlay.record(&mut rec, overlay, seen, target, pixel_rows);
             }
         }

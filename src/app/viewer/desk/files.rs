@@ -122,6 +122,9 @@ impl Desk {
         let Some(document) = &mut self.document else { return };
         self.on_disk = document.on_disk();
         document.note_gone(matches!(self.on_disk, OnDisk::Gone));
+        if matches!(self.on_disk, OnDisk::Same) {
+            document.note_same();
+        }
         if matches!(self.on_disk, OnDisk::Changed) && !document.is_dirty() {
             self.reload();
         }

@@ -222,6 +222,8 @@ impl Desk {
     }
 
     pub fn say(&mut self, sentence: String, bad: bool) {
+        // Said again it is no other message.
+        self.messages.retain(|(_, earlier, _)| *earlier != sentence);
         self.messages.push((Instant::now(), sentence, bad));
     }
 
@@ -686,8 +688,10 @@ impl Desk {
     fn told(&mut self, context: &Context, rect: Rect) {
         // What went wrong stays until it is clicked away.
         self.messages.retain(|(since, _, bad)| *bad || since.elapsed() < MESSAGE);
-        let surplus = self.messages.len().saturating_sub(MOST_MESSAGES);
-        self.messages.drain(..surplus);
+        while self.messages.len() > MOST_MESSAGES {
+            let first = self.messages.iter().position(|(.., bad)| !bad).unwrap_or(0);
+            self.messages.remove(first);
+        }
         if self.messages.is_empty() {
             return;
         }
@@ -696,7 +700,8 @@ impl Desk {
         }
         let clicked = egui::Area::new("messages".into())
             .fixed_pos(rect.left_top() + vec2(12.0, 12.0))
-            .order(egui::Order::Foreground)
+            // Above the picture, and below what asks or explains.
+            .order(egui::Order::Background)
             .show(context, |ui| {
                 ui.set_max_width((rect.width() - 24.0).clamp(120.0, 560.0));
                 let mut clicked = None;

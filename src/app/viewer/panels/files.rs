@@ -122,15 +122,13 @@ pub fn recent(ui: &mut Ui, state: &State) -> Option<Recent> {
     for world in state.recent() {
         let name = world.path.file_name().unwrap_or(world.path.as_os_str()).to_string_lossy().into_owned();
         let folder = world.path.parent().unwrap_or(Path::new("")).display().to_string();
+        let parent = world.path.parent().and_then(Path::file_name).map(|name| name.to_string_lossy());
         ui.horizontal(|ui| {
-            let button = Button::new(name).truncate();
-            let button = ui.add_enabled(world.exists, button).on_hover_text(&folder);
+            let button = ui.add_enabled(world.exists, Button::new(name)).on_hover_text(&folder);
             if button.on_disabled_hover_text(format!("It is gone from {folder}")).clicked() {
                 clicked = Some(Recent::Open(world.path.into()));
             }
-            if !world.exists {
-                ui.weak("gone");
-            }
+            ui.weak(if world.exists { parent.unwrap_or_default() } else { "gone".into() });
             if ui.add(Button::new("×").frame(false)).on_hover_text("Forget it").clicked() {
                 clicked = Some(Recent::Forget(world.path.into()));
             }

@@ -188,7 +188,12 @@ impl Brush {
 
 /// The brush's panel; returns what is to be done.
 pub fn brush(ui: &mut Ui, world: &World, status: &Status, brush: &mut Brush) -> Option<Command> {
-    let WorldStatus::Land { strokes, .. } = &status.world else { return None };
+    let WorldStatus::Land { strokes, progress, .. } = &status.world else { return None };
+    // What is poured on finished land would stand where it fell.
+    let flows = world.plan.hydraulic.is_some() && !progress.finished;
+    if brush.kind == Some(BrushKind::Rain) && !flows {
+        brush.kind = None;
+    }
     ui.horizontal_wrapped(|ui| {
         for (kind, name, hover) in [
             (None, "Off", "The mouse moves the eye"),
@@ -201,9 +206,10 @@ pub fn brush(ui: &mut Ui, world: &World, status: &Status, brush: &mut Brush) -> 
                 "Hold the ground: what is masked wholly does not change any more",
             ),
         ] {
-            let exists = kind != Some(BrushKind::Rain) || world.plan.hydraulic.is_some();
+            let exists = kind != Some(BrushKind::Rain) || flows;
             let label = egui::Button::selectable(brush.kind == kind, name);
-            if ui.add_enabled(exists, label).on_hover_text(hover).clicked() {
+            let button = ui.add_enabled(exists, label).on_hover_text(hover);
+            if button.on_disabled_hover_text("No water runs on this land any more").clicked() {
                 brush.kind = kind;
             }
         }

@@ -17,6 +17,8 @@ pub struct Timings {
 struct Row {
     /// Whether the device told, or a clock did.
     on_device: bool,
+    /// How many there were when it came: its colour stays.
+    index: usize,
     /// Milliseconds that were told last.
     last: f32,
     /// Seconds since the start, and milliseconds: the most of each slot.
@@ -101,7 +103,8 @@ impl Timings {
 
     fn add(&mut self, name: &'static str, on_device: bool, milliseconds: f32) {
         let now = self.begun.elapsed().as_secs_f64();
-        let new = || Row { on_device, last: f32::NAN, points: VecDeque::new() };
+        let index = self.rows.values().filter(|row| row.on_device == on_device).count();
+        let new = || Row { on_device, index, last: f32::NAN, points: VecDeque::new() };
         self.rows.entry(name).or_insert_with(new).add(now, milliseconds);
     }
 
@@ -117,9 +120,7 @@ impl Timings {
     }
 
     fn colour(&self, name: &str) -> Color32 {
-        let of = self.rows.get(name).map(|row| row.on_device);
-        let alike = self.rows.iter().filter(|(_, row)| Some(row.on_device) == of);
-        let index = alike.map(|(other, _)| *other).position(|other| other == name).unwrap_or(0);
+        let index = self.rows.get(name).map_or(0, |row| row.index);
         let colour = COLOURS[index % COLOURS.len()];
         // From then on they are paler.
         (0..index / COLOURS.len()).fold(colour, |colour, _| colour.lerp_to_gamma(Color32::WHITE, 0.5))
@@ -209,7 +210,7 @@ mod tests {
     use super::*;
 
     fn row() -> Row {
-        Row { on_device: true, last: f32::NAN, points: VecDeque::new() }
+        Row { on_device: true, index: 0, last: f32::NAN, points: VecDeque::new() }
     }
 
     #[test]

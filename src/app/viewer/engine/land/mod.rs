@@ -54,6 +54,8 @@ pub struct Land {
     outdated: bool,
     glanced: Instant,
     rig: Rig,
+    /// Where it was first, as the world's camera has it for the land of that time.
+    started: Rig,
     playing: bool,
     /// Iterations between two pictures; 0 is as many as there is time for.
     per_picture: u32,
@@ -114,6 +116,7 @@ impl Land {
             glanced: Instant::now(),
             simulation,
             rig: Rig::default(),
+            started: Rig::default(),
             playing: true,
             per_picture: 0,
             strokes: Vec::new(),
@@ -133,8 +136,15 @@ impl Land {
             tracing: false,
             trace: Trace::default(),
         };
-        land.rig = land.starting_rig(studio)?;
+        land.start(studio)?;
         Ok(land)
+    }
+
+    /// Goes where the world's camera is.
+    fn start(&mut self, studio: &Studio) -> Result<(), Error> {
+        self.rig = self.starting_rig(studio)?;
+        self.started = self.rig;
+        Ok(())
     }
 
     /// The eye as the world's camera has it.
@@ -181,7 +191,7 @@ impl Land {
                 let again = Land::new(studio, world)?;
                 let why = "that is settled before the land comes so far: it begins again";
                 speaker.say(News::Said(why.into()));
-                return self.begin_again(studio, again);
+                return self.begin_again(again);
             }
             // Plants stand where the land was.
             self.uproot();
@@ -205,8 +215,8 @@ impl Land {
         if !same_scene(&before, world) {
             self.trace.forget();
         }
-        if before.viewpoint != world.viewpoint || before.fov != world.fov {
-            self.rig = self.starting_rig(studio)?;
+        if before.viewpoint != world.viewpoint {
+            self.start(studio)?;
         }
         self.drawing = None;
         self.look_again();
@@ -276,10 +286,14 @@ impl Land {
             }
             Command::TakeStrokeBack => {
                 if let Some(before) = self.strokes.pop() {
-                    self.simulation.restore(&before)?;
-                    self.uproot();
-                    self.changed = true;
-                    self.look_again();
+                    if self.simulation.restore(&before)? {
+                        self.uproot();
+                        self.changed = true;
+                        self.look_again();
+                    } else {
+                        let why = "the land does not come by there any more: this stroke stays";
+                        speaker.say(News::Said(why.into()));
+                    }
                 }
             }
             Command::Section(at) => {
@@ -353,19 +367,22 @@ impl Land {
     fn restart(&mut self, studio: &mut Studio) -> Result<(), Error> {
         let simulation = Simulation::new(&studio.gpu, &self.world.plan)?;
         let again = Land::with(studio, &self.world.clone(), simulation)?;
-        self.begin_again(studio, again)
+        self.begin_again(again)
     }
 
     /// Other land in its place, looked at and made as this one was.
-    fn begin_again(&mut self, studio: &Studio, again: Land) -> Result<(), Error> {
+    fn begin_again(&mut self, again: Land) -> Result<(), Error> {
         let off: Vec<Kind> = self.off().collect();
         let (rig, playing, overlay, per_picture) = (self.rig, self.playing, self.overlay, self.per_picture);
         let tracing = self.tracing;
         let same_eye = self.world.viewpoint == again.world.viewpoint;
+        let moved = self.rig != self.started;
         *self = again;
         (self.playing, self.overlay, self.per_picture) = (playing, overlay, per_picture);
         self.tracing = tracing;
-        self.rig = if same_eye { rig } else { self.starting_rig(studio)? };
+        if same_eye && moved {
+            self.rig = rig;
+        }
         off.into_iter().for_each(|process| self.simulation.enable(process, false));
         Ok(())
     }
@@ -484,6 +501,10 @@ impl Land {
         };
         studio.took(before.stage.name(), begun);
         self.changed = true;
+        // An eye that nobody has moved sees the finished land as `terrane render` does.
+        if after.finished && self.rig == self.started {
+            self.start(studio)?;
+        }
         if after.finished && !self.simulation.touched() {
             let session = &mut studio.session;
             Keeper::new(&studio.gpu, &self.world, session).keep(&self.simulation, session);
