@@ -16,6 +16,13 @@ const PLACE: &str = "ByVDVhEAAAHJmfewgAANgwAAEYHsJ9YwAAheQjOkAI2uPAAPl8Pq";
 
 const ZOOM: &str = "format = 1\n\n[zoom]\ntile = 4\ndepth = 3\n";
 
+/// A small glade, wherever its file lies.
+fn forest() -> String {
+    let text = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/forest/tiny.toml"));
+    let species = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/species/");
+    text.expect("it is there").replace("../species/", species)
+}
+
 fn folder_with(worlds: &[(&str, &str)]) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     for (name, text) in worlds {
@@ -341,8 +348,10 @@ fn a_lost_device_ends_it_and_nothing_else() {
 #[test]
 fn windows_look_as_they_should() {
     let go = "push Stop\npush a place's code\ntype PLACE\nkey Enter\nwait 5\n".replace("PLACE", PLACE);
+    let glade = forest();
     for (name, world, acts) in [
         ("start", "", "wait 5\n"),
+        ("forest", glade.as_str(), "push Simulation\nwait 5\npush Plants\n"),
         ("island", ISLAND, "push Layers\nmove 600 300\nwait 30\n"),
         ("zoom", ZOOM, go.as_str()),
     ] {
@@ -437,10 +446,7 @@ fn a_monkey_breaks_nothing() {
 #[test]
 #[ignore = "minutes: make test-long"]
 fn a_monkey_breaks_no_forest_and_no_zoom() {
-    let forest = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/configs/forest/tiny.toml"));
-    let species = concat!(env!("CARGO_MANIFEST_DIR"), "/configs/species/");
-    let forest = forest.expect("it is there").replace("../species/", species);
-    for (seed, world) in [(3, forest.as_str()), (4, ZOOM)] {
+    for (seed, world) in [(3, forest().as_str()), (4, ZOOM)] {
         let script = monkey(seed, 2000) + "quit\n";
         let folder = folder_with(&[("world.toml", world), ("monkey.txt", &script)]);
         let desktop = Desktop::new();
