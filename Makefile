@@ -64,7 +64,7 @@ small:
 windows:
 	@scripts/install.sh
 	@mkdir -p out
-	set -e; for window in 'island/volcano push Section\nmove 760 420\nwait 1200' \
+	set -e; for window in 'island/volcano push Section\nwait 1200\npush Pause\nwait quiet\nmove 760 420\nwait quiet' \
 			'forest/default push Simulation\npush Plants\nwait quiet\nclick 640 330\nwait quiet' \
 			'zoom/descent wait 40\npush Stop\npush Drawing\nwait quiet'; do \
 		world=$${window%% *}; picture=docs/pictures/window_$${world%%/*}.png; \
