@@ -92,8 +92,8 @@ float range_of_sea(vec3 view) {
     return view.y < 0.0 && frame.eye.y > frame.sea_level ? (frame.sea_level - frame.eye.y) / view.y : 0.0;
 }
 
-// Whether clouds may stand there: all of them are near the horizon. It is a choice of numbers and no branch on one of the frame's, for which
-// lavapipe would compile the program anew each time it is run (see scene/develop.comp).
+// Whether clouds may stand there: all of them are near the horizon. It is a choice of numbers and no branch on the frame alone, for which
+// lavapipe may compile the program anew each time it is run (docs/kernels.md).
 bool may_have_clouds(vec3 view) {
     float steepest = frame.clouds == 0.0 ? -1.0 : 0.35;
     return abs(view.y) <= steepest;
