@@ -211,7 +211,9 @@ pub fn seen_from(gpu: &Gpu, simulation: &Simulation, camera: &Camera, film: &Fil
 fn pinhole(camera: &Camera, film: &Film, ground: &Ground) -> Pinhole {
     let aspect = film.width as f32 / film.height as f32;
     match camera.view {
-        View::LookAt { position, target } => Pinhole::look_at(position, target, camera.fov, aspect),
+        View::LookAt { position, target, roll } => {
+            Pinhole::look_at(position, target, camera.fov, aspect).rolled(roll)
+        }
         View::FrameIsland { azimuth, elevation, distance } => {
             Pinhole::frame(&ground.land(), -direction(azimuth, elevation), distance, camera.fov, aspect)
         }

@@ -31,8 +31,12 @@ impl From {
     }
 }
 
-/// Keys that a location code stands for.
-const CODED: [&str; 5] = ["seed", "zoom", "zoom.depth", "zoom.refinement", "zoom.roughness"];
+/// What names a location.
+const OPTION: &str = "--from";
+const KEY: &str = "zoom.from";
+
+/// Keys that the location code of the command line stands for.
+const CODED: [&str; 6] = ["seed", "zoom", "zoom.depth", KEY, "zoom.refinement", "zoom.roughness"];
 
 /// Views by the number of a frame.
 pub struct Way {
@@ -50,6 +54,8 @@ enum Course {
 
 struct Ascent {
     start: Location,
+    /// What named it.
+    by: &'static str,
     /// The spot below, and where on the way from there the location is: known when it has been looked for.
     way: Option<(Approach, Depth)>,
 }
@@ -59,10 +65,19 @@ impl Way {
     /// A location code that is none, or that `set`, the keys of the command line, contradict; a file of one that can't be read.
     pub fn new(world: &World, zoom: &Zoom, from: &From, set: &[String]) -> Result<Way, Error> {
         let levels_per_frame = zoom.levels_per_frame;
+        let out = |start: Location, by| Way {
+            surface: start.surface,
+            levels_per_frame,
+            course: Course::Out(Box::new(Ascent { start, by, way: None })),
+        };
+        let fov = Location::nearest_fov(world.fov);
         let Some(code) = &from.from else {
+            if let Some(start) = &zoom.from {
+                return Ok(out(Location { fov, ..start.clone() }, KEY));
+            }
             let surface = zoom.surface(world.seed);
             let autopilot = Box::new(Autopilot::new(surface));
-            let course = Course::In { autopilot, depth: zoom.depth, fov: Location::nearest_fov(world.fov) };
+            let course = Course::In { autopilot, depth: zoom.depth, fov };
             return Ok(Way { surface, levels_per_frame, course });
         };
         let overrides = Overrides { set: set.to_vec(), seed: None };
@@ -71,14 +86,12 @@ impl Way {
                 "--set {key}: --from says which surface is seen and from where; leave one of the two out"
             )));
         }
-        let start = read(code)?;
-        let (surface, ascent) = (start.surface, Ascent { start, way: None });
-        Ok(Way { surface, levels_per_frame, course: Course::Out(Box::new(ascent)) })
+        Ok(out(parse(code)?, OPTION))
     }
 
-    /// What is seen from a location code is not of the world's seed.
+    /// What is seen from a code of the command line is not of the world's seed.
     pub fn tell_seed(&self, session: &mut Session) {
-        if let Course::Out(_) = self.course {
+        if matches!(&self.course, Course::Out(ascent) if ascent.by == OPTION) {
             session.report.seed = None;
         }
     }
@@ -185,7 +198,10 @@ impl Way {
 impl Ascent {
     fn flight(&self, spine: &mut Spine) -> Result<Flight, Error> {
         let Location { place, level, .. } = &self.start;
-        Flight::new(spine, place.clone(), *level).map_err(|error| Error::Usage(format!("--from: {error}")))
+        Flight::new(spine, place.clone(), *level).map_err(|error| {
+            let message = format!("{}: {error}", self.by);
+            if self.by == OPTION { Error::Usage(message) } else { Error::Missing(message) }
+        })
     }
 
     fn way(&mut self, spine: &mut Spine) -> Result<&(Approach, Depth), Error> {
@@ -198,18 +214,6 @@ impl Ascent {
 }
 
 /// Reads a location code, or that in the file behind an @.
-fn read(text: &str) -> Result<Location, Error> {
-    let location = parse(text)?;
-    let far = [&location.place.x, &location.place.z].map(|number| number.whole().unsigned_abs());
-    if far.iter().any(|cells| *cells > FARTHEST) {
-        return Err(Error::Usage("--from: the place lies at the world's end, where coordinates wrap".into()));
-    }
-    Ok(location)
-}
-
-/// Cells of level 0 from the middle of the world that there are places in.
-const FARTHEST: u64 = 1 << 62;
-
 fn parse(text: &str) -> Result<Location, Error> {
     let Some(path) = text.strip_prefix('@').map(Path::new) else {
         return Location::parse(text).map_err(|error| Error::Usage(format!("--from: {error}")));

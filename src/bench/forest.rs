@@ -159,7 +159,7 @@ fn plant(
     let aspect = world.film.width as f32 / world.film.height as f32;
     // Nothing of this world depends on where it is seen from.
     let camera = match world.viewpoint {
-        Viewpoint::Fixed(View::LookAt { position, target }) => {
+        Viewpoint::Fixed(View::LookAt { position, target, .. }) => {
             Pinhole::look_at(position, target, world.fov, aspect)
         }
         _ => Pinhole::look_along(glam::Vec3::ZERO, glam::Vec3::NEG_Z, world.fov, aspect),

@@ -238,13 +238,16 @@ fn scene(gpu: &Gpu, world: &World) -> Result<Scene, Error> {
         sea: world.sea,
         surface: world.surface.clone(),
         population: Population::default(),
-        camera: Camera { view: View::LookAt { position: Vec3::Y, target: Vec3::ZERO }, fov: world.fov },
+        camera: Camera {
+            view: View::LookAt { position: Vec3::Y, target: Vec3::ZERO, roll: 0.0 },
+            fov: world.fov,
+        },
     })
 }
 
 fn camera(world: &World) -> Pinhole {
     match world.viewpoint {
-        crate::scene::Viewpoint::Fixed(View::LookAt { position, target }) => {
+        crate::scene::Viewpoint::Fixed(View::LookAt { position, target, .. }) => {
             Pinhole::look_at(position, target, world.fov, 1.0)
         }
         _ => Pinhole::look_at(Vec3::new(-900.0, 500.0, 900.0), Vec3::ZERO, world.fov, 1.0),

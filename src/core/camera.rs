@@ -40,6 +40,16 @@ impl Pinhole {
         Pinhole { eye, right, up, forward, tangent: [tangent * aspect, tangent] }
     }
 
+    /// Turned clockwise about where it looks, by so many radians: the horizon then leans to the left.
+    pub fn rolled(self, roll: f32) -> Self {
+        if roll == 0.0 {
+            return self;
+        }
+        let (sin, cos) = (libm::sinf(roll), libm::cosf(roll));
+        let (right, up) = (self.right * cos - self.up * sin, self.up * cos + self.right * sin);
+        Pinhole { right, up, ..self }
+    }
+
     /// Looks along the unit vector `forward` from where the axis-aligned `boxes` (least and greatest corner) just fit
     /// into the picture, then from `distance` times as far away; they stay in its middle. Without boxes the eye
     /// stays at the origin.

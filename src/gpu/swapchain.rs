@@ -52,6 +52,15 @@ pub enum Pacing {
 impl Pacing {
     pub const ALL: [Pacing; 3] = [Pacing::Fifo, Pacing::Mailbox, Pacing::Immediate];
 
+    /// What it is called in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Pacing::Fifo => "fifo",
+            Pacing::Mailbox => "mailbox",
+            Pacing::Immediate => "immediate",
+        }
+    }
+
     fn mode(self) -> vk::PresentModeKHR {
         match self {
             Pacing::Fifo => vk::PresentModeKHR::FIFO,
@@ -138,6 +147,23 @@ impl Swapchain {
         self.size = size;
     }
 
+    /// Those that this window can have.
+    ///
+    /// # Errors
+    /// A device that is lost.
+    pub fn pacings(&self) -> Result<Vec<Pacing>> {
+        let modes = self.present_modes()?;
+        Ok(Pacing::ALL.into_iter().filter(|pacing| modes.contains(&pacing.mode())).collect())
+    }
+
+    fn present_modes(&self) -> Result<Vec<vk::PresentModeKHR>> {
+        let (_, _, physical) = self.gpu.instance();
+        // SAFETY: device and surface are alive.
+        unsafe { self.surfaces.get_physical_device_surface_present_modes(physical, self.surface) }
+            .map_err(vk_error("vkGetPhysicalDeviceSurfacePresentModesKHR"))
+    }
+
+    /// From the next picture on; what the window can't have is as with [`Pacing::Fifo`].
     pub fn pace(&mut self, pacing: Pacing) {
         self.stale |= pacing != self.pacing;
         self.pacing = pacing;
@@ -308,10 +334,7 @@ impl Swapchain {
             return Ok(());
         }
         let format = self.format(physical)?;
-        // SAFETY: as above.
-        let modes =
-            unsafe { self.surfaces.get_physical_device_surface_present_modes(physical, self.surface) }
-                .map_err(vk_error("vkGetPhysicalDeviceSurfacePresentModesKHR"))?;
+        let modes = self.present_modes()?;
         let mode = Some(self.pacing.mode()).filter(|mode| modes.contains(mode));
         if !capabilities.supported_usage_flags.contains(vk::ImageUsageFlags::TRANSFER_DST) {
             return Err(Error::Unsupported("copies to this window".into()));

@@ -80,7 +80,9 @@ pub(super) fn camera(scene: &Scene, film: &Film, bounds: &[Patch]) -> Pinhole {
     let aspect = film.width as f32 / film.height as f32;
     let fov = scene.camera.fov;
     match scene.camera.view {
-        View::LookAt { position, target } => Pinhole::look_at(position, target, fov, aspect),
+        View::LookAt { position, target, roll } => {
+            Pinhole::look_at(position, target, fov, aspect).rolled(roll)
+        }
         View::FrameIsland { azimuth, elevation, distance } => {
             let boxes = land(scene, bounds, side(scene.ground.grid));
             Pinhole::frame(&boxes, -direction(azimuth, elevation), distance, fov, aspect)

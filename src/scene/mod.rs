@@ -204,8 +204,8 @@ pub struct Mixture {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum View {
-    /// Eye and target in world coordinates, metres.
-    LookAt { position: Vec3, target: Vec3 },
+    /// Eye and target in world coordinates, metres; turned clockwise by `roll`, radians.
+    LookAt { position: Vec3, target: Vec3, roll: f32 },
     /// Stand so that the land above the sea fills the picture: seen from `azimuth` (clockwise from north, radians:
     /// the side the camera stands on), looking down by `elevation` (radians), `distance` times as far
     /// away as would just fit.

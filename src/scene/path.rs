@@ -18,6 +18,8 @@ pub struct Keyframe {
     pub position: Vec3,
     /// What it looks at.
     pub target: Vec3,
+    /// How far it is turned clockwise, radians; full turns count.
+    pub roll: f32,
     /// Vertical field of view, radians.
     pub fov: f32,
     /// Distance of what is sharp, metres.
@@ -25,7 +27,7 @@ pub struct Keyframe {
 }
 
 /// What the numbers of a keyframe are, in one row.
-const NUMBERS: usize = 8;
+const NUMBERS: usize = 9;
 
 impl CameraPath {
     /// The camera in a frame, and the distance of what is sharp: `None` without keyframes. Before the first of them it is where it is
@@ -39,8 +41,9 @@ impl CameraPath {
         } else {
             self.between(frame)
         };
-        let [x, y, z, to_x, to_y, to_z, fov, focus] = numbers.map(|number| number as f32);
-        let view = View::LookAt { position: Vec3::new(x, y, z), target: Vec3::new(to_x, to_y, to_z) };
+        let [x, y, z, to_x, to_y, to_z, roll, fov, focus] = numbers.map(|number| number as f32);
+        let (position, target) = (Vec3::new(x, y, z), Vec3::new(to_x, to_y, to_z));
+        let view = View::LookAt { position, target, roll };
         Some((Camera { view, fov }, focus))
     }
 
@@ -82,7 +85,7 @@ impl CameraPath {
 impl Keyframe {
     fn numbers(&self) -> [f64; NUMBERS] {
         let ([x, y, z], [to_x, to_y, to_z]) = (self.position.to_array(), self.target.to_array());
-        [x, y, z, to_x, to_y, to_z, self.fov, self.focus].map(f64::from)
+        [x, y, z, to_x, to_y, to_z, self.roll, self.fov, self.focus].map(f64::from)
     }
 }
 
@@ -91,7 +94,8 @@ mod tests {
     use super::*;
 
     fn key(frame: u32, x: f32) -> Keyframe {
-        Keyframe { frame, position: Vec3::new(x, 2.0 * x, 0.0), target: Vec3::ZERO, fov: 1.0, focus: 3.0 }
+        let position = Vec3::new(x, 2.0 * x, 0.0);
+        Keyframe { frame, position, target: Vec3::ZERO, roll: x / 8.0, fov: 1.0, focus: 3.0 }
     }
 
     fn x(path: &CameraPath, frame: u32) -> f32 {

@@ -45,7 +45,7 @@ impl Stand {
         };
         let ahead = foot + self.distance * Vec2::new(libm::sinf(self.azimuth), -libm::cosf(self.azimuth));
         let above = |at: Vec2| Vec3::new(at.x, height_at(at) + self.height, at.y);
-        View::LookAt { position: above(foot), target: above(ahead) }
+        View::LookAt { position: above(foot), target: above(ahead), roll: 0.0 }
     }
 }
 

@@ -10,6 +10,7 @@ use crate::formats::{FirstRow, raw::ByteOrder};
 use crate::scene;
 use crate::terrain::{Boundary, FARTHEST_GROUND, hydraulic, reef, thermal};
 use crate::trace::MOST_SAMPLES;
+use crate::zoom::address::Location;
 use crate::zoom::height::{Refinement, Roughness};
 
 pub const NONE: Unit = Unit { symbol: "", factor: 1.0 };
@@ -713,6 +714,8 @@ section! {
         position: Option<[f32; 3]> = optional(numbers([0.0; 3], M, -1e7..=1e7), "as in the keyframe before"),
         /// What it looks at.
         target: Option<[f32; 3]> = optional(numbers([0.0; 3], M, -1e7..=1e7), "as in the keyframe before"),
+        /// How far it is turned clockwise. From 0 to 720 it turns twice.
+        roll: Option<f32> = optional(number(0.0, DEGREES, -36_000.0..=36_000.0), "as before, 0 in the first"),
         /// Vertical field of view.
         fov: Option<f32> = optional(number(38.0, DEGREES, 1.0..=170.0), "as before, `camera.fov` in the first"),
         /// Distance of what is sharp.
@@ -749,6 +752,8 @@ section! {
         position: [f32; 3] = numbers([3000.0, 1500.0, 5000.0], M, -1e7..=1e7),
         /// What it looks at.
         target: [f32; 3] = numbers([0.0, 300.0, 0.0], M, -1e7..=1e7),
+        /// How far it is turned clockwise: the horizon leans to the left.
+        roll: f32 = number(0.0, DEGREES, -360.0..=360.0),
     }
 }
 
@@ -782,6 +787,9 @@ section! {
     struct Zoom {
         /// How near the spot the picture is, or the first frame: 2 to the power of −depth cells.
         depth: f64 = exact(number(0.0, NONE, 0.0..=1e6)),
+        /// Where the picture is seen from, in place of `depth`: the location code of a place on this surface, as the viewer and
+        /// `terrane render --json` tell it. The field of view is `camera.fov`. Frames are those of the way out, straight up from there.
+        from: Option<Location> = location_code(),
         /// Levels from one frame to the next.
         levels_per_frame: f64 = exact(number(0.03125, NONE, 0.0..=1e3)),
         /// What is between the vertices of a coarser level.

@@ -7,6 +7,7 @@ use super::schema::{
     Alternative, Kind, Names, REQUIRED, Section, Shape, Table, Unit, digits, parse_item, quoted,
 };
 use crate::core::color::linear_from_srgb;
+use crate::zoom::address::Location;
 use std::ops::RangeInclusive;
 use toml_edit::{DocumentMut, Item};
 
@@ -287,6 +288,43 @@ impl Kind for Text {
         place.read(default.to_string(), |item| match item.as_str() {
             None => Err(Complaint::new(format!("must be a text in quotes, not {}", noun(item)), self.what)),
             Some(text) => Ok(text.to_string()),
+        })
+    }
+}
+
+pub struct LocationCode;
+
+/// Where somebody is in a zoom, as a code; nowhere by default.
+pub fn location_code() -> LocationCode {
+    LocationCode
+}
+
+impl Kind for LocationCode {
+    type Value = Option<Location>;
+
+    fn shape(&self) -> Shape {
+        Shape::OrWord(Box::new(Shape::Text("a location code")), ["none", "Where `depth` says."])
+    }
+
+    fn default(&self) -> String {
+        quoted("none")
+    }
+
+    fn start(&self) -> String {
+        quoted("")
+    }
+
+    fn read(&self, place: &Place) -> Option<Location> {
+        let allowed = self.shape().allowed();
+        place.read(None, |item| match item.as_str() {
+            None => {
+                Err(Complaint::new(format!("must be a location code in quotes, not {}", noun(item)), allowed))
+            }
+            Some("none") => Ok(None),
+            Some(code) => match Location::parse(code) {
+                Ok(location) => Ok(Some(location)),
+                Err(error) => Err(Complaint::new("is no place", error.to_string())),
+            },
         })
     }
 }

@@ -1,6 +1,9 @@
 //! What the keys of a zoom mean to those who draw it.
 
 use super::Zoom;
+use super::fault::Complaint;
+use super::place::KeyPath;
+use super::plan::Check;
 use crate::core::hash::derive_seed;
 use crate::scene::Film;
 use crate::zoom::{background, height::Surface, tree::Detail, view::Settings};
@@ -25,6 +28,24 @@ impl Zoom {
             face: background::side(film, fov),
             slots: self.tiles,
             samples: SAMPLES,
+        }
+    }
+}
+
+impl Check<'_> {
+    /// Refuses a place on another surface.
+    pub(super) fn zoom(&mut self, zoom: &Zoom, seed: u32) {
+        let Some(location) = &zoom.from else { return };
+        let key = KeyPath::from("zoom.from");
+        if location.surface != zoom.surface(seed) {
+            let complaint = Complaint::new(
+                "is a place on another surface",
+                "`seed`, `zoom.refinement` and `zoom.roughness` say which surface this is",
+            )
+            .help("take the code of a place on this one; `terrane render --from` shows that of any");
+            self.refuse(&[key, "zoom".into()], complaint);
+        } else if zoom.depth != 0.0 {
+            self.warn("zoom.depth: not used, since `zoom.from` says where the picture is seen from".into());
         }
     }
 }

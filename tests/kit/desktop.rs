@@ -252,18 +252,26 @@ impl Viewer<'_> {
 
     /// Drags from one place of the window to another, pixels.
     pub fn drag(&self, [from_x, from_y]: [u32; 2], [to_x, to_y]: [u32; 2], button: &str) {
-        let window = self.window.as_str();
-        let at = |x: u32, y: u32| [x.to_string(), y.to_string()];
-        let [x, y] = at(from_x, from_y);
-        self.hand(&["mousemove", "--window", window, &x, &y, "mousedown", button]);
+        self.take([from_x, from_y], button);
         for step in 1..=10 {
             let between = |from: u32, to: u32| (from * (10 - step) + to * step) / 10;
-            let [x, y] = at(between(from_x, to_x), between(from_y, to_y));
-            self.hand(&["mousemove", "--window", window, &x, &y]);
+            self.point([between(from_x, to_x), between(from_y, to_y)]);
             // No hand is so fast that all of it happens between two frames.
             sleep(Duration::from_millis(30));
         }
         self.hand(&["mouseup", button]);
+    }
+
+    /// Presses a button of the mouse at a place of the window, pixels, and holds it.
+    pub fn take(&self, at: [u32; 2], button: &str) {
+        self.point(at);
+        self.hand(&["mousedown", button]);
+    }
+
+    /// Moves the mouse to a place of the window, pixels.
+    pub fn point(&self, at: [u32; 2]) {
+        let [x, y] = at.map(|side| side.to_string());
+        self.hand(&["mousemove", "--window", &self.window, &x, &y]);
     }
 
     /// Turns the wheel at a place.

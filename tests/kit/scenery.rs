@@ -66,5 +66,5 @@ pub fn island(gpu: &Gpu, cells: u32) -> Scene {
 }
 
 pub fn straight_down(height: f32) -> View {
-    View::LookAt { position: Vec3::new(0.0, height, 0.0), target: Vec3::ZERO }
+    View::LookAt { position: Vec3::new(0.0, height, 0.0), target: Vec3::ZERO, roll: 0.0 }
 }

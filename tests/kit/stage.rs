@@ -35,7 +35,7 @@ pub fn empty(gpu: &Gpu) -> Scene {
             by_height: one_colour(0.0),
         },
         population: Population::default(),
-        camera: Camera { view: View::LookAt { position: Vec3::Y, target: Vec3::ZERO }, fov: 1.0 },
+        camera: Camera { view: View::LookAt { position: Vec3::Y, target: Vec3::ZERO, roll: 0.0 }, fov: 1.0 },
     }
 }
 

@@ -36,7 +36,7 @@ fn film(width: u32, height: u32) -> Film {
 }
 
 fn look(position: Vec3, target: Vec3, fov: f32) -> Camera {
-    Camera { view: View::LookAt { position, target }, fov }
+    Camera { view: View::LookAt { position, target, roll: 0.0 }, fov }
 }
 
 fn render(gpu: &Gpu, scene: &Scene, width: u32, height: u32, quality: Quality) -> Picture {

@@ -3,7 +3,7 @@
 use crate::kit;
 use crate::kit::scenery::{SAND, island, sandbox, straight_down};
 use crate::kit::stage::upload;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Mat3, Vec3};
 use std::f64::consts::PI;
 use std::sync::Arc;
 use terrane::core::camera::Pinhole;
@@ -69,7 +69,7 @@ fn ground_has_no_cracks() {
         (Vec3::new(-1900.0, 1500.0, -900.0), Vec3::new(0.0, 100.0, 0.0)),
         (Vec3::new(0.0, 1700.0, 30.0), Vec3::new(200.0, 0.0, 900.0)),
     ] {
-        scene.camera = Camera { view: View::LookAt { position, target }, fov: 1.0 };
+        scene.camera = Camera { view: View::LookAt { position, target, roll: 0.0 }, fov: 1.0 };
         let range = renderer.ground_range(&scene, &film(width, height), ONE_SAMPLE).expect("ranges");
         let mut covered = 0;
         for column in 0..width as usize {
@@ -91,18 +91,22 @@ fn ground_lies_where_the_heightfield_is() {
     let grid = Grid { cells: 129, extent: 4000.0 };
     let mut scene = sandbox(&gpu, grid, |x, z| 0.2 * x - 0.3 * z);
     let (eye, target) = (Vec3::new(200.0, 900.0, 700.0), Vec3::new(0.0, 0.0, 0.0));
-    scene.camera = Camera { view: View::LookAt { position: eye, target }, fov: 0.8 };
     let (width, height) = (160, 90);
     let renderer = kit::renderer(&gpu);
-    let range = renderer.ground_range(&scene, &film(width, height), ONE_SAMPLE).expect("ranges");
-    let camera = Pinhole::look_at(eye, target, 0.8, width as f32 / height as f32);
     let normal = DVec3::new(-0.2, 1.0, 0.3);
-    for row in 0..height {
-        for column in 0..width {
-            let ray = precise_ray(&camera, [column, row], [width, height]);
-            let expected = -normal.dot(eye.as_dvec3()) / normal.dot(ray);
-            let found = f64::from(range[(row * width + column) as usize]);
-            assert!((found - expected).abs() < 1e-4 * expected, "{found} m in place of {expected} m");
+    for roll in [0.0, 0.4] {
+        scene.camera = Camera { view: View::LookAt { position: eye, target, roll }, fov: 0.8 };
+        let range = renderer.ground_range(&scene, &film(width, height), ONE_SAMPLE).expect("ranges");
+        let level = Pinhole::look_at(eye, target, 0.8, width as f32 / height as f32);
+        let turn = Mat3::from_axis_angle(level.forward, roll);
+        let camera = Pinhole { right: turn * level.right, up: turn * level.up, ..level };
+        for row in 0..height {
+            for column in 0..width {
+                let ray = precise_ray(&camera, [column, row], [width, height]);
+                let expected = -normal.dot(eye.as_dvec3()) / normal.dot(ray);
+                let found = f64::from(range[(row * width + column) as usize]);
+                assert!((found - expected).abs() < 1e-4 * expected, "{found} m in place of {expected} m");
+            }
         }
     }
 }
@@ -158,7 +162,8 @@ fn constant_sky_fills_and_lights_the_picture() {
     // A plane under the whole dome receives π L and sends out albedo · L.
     let expected: [f64; 3] = std::array::from_fn(|i| f64::from(SAND[i] * radiance[i]));
     assert_near(middle(&render(&gpu, &scene, 33, 33)), expected, 1e-4);
-    let view = View::LookAt { position: Vec3::new(0.0, 10.0, 0.0), target: Vec3::new(0.0, 20.0, -5.0) };
+    let view =
+        View::LookAt { position: Vec3::new(0.0, 10.0, 0.0), target: Vec3::new(0.0, 20.0, -5.0), roll: 0.0 };
     scene.camera = Camera { view, fov: 1.0 };
     assert!(render(&gpu, &scene, 33, 33).pixels.iter().all(|pixel| *pixel == radiance));
 }
@@ -168,7 +173,7 @@ fn skies_agree_with_double_precision() {
     let gpu = kit::gpu();
     let mut scene = sandbox(&gpu, Grid { cells: 65, extent: 1000.0 }, |_, _| 0.0);
     let (eye, target) = (Vec3::new(0.0, 10.0, 0.0), Vec3::new(-10.0, 16.0, 0.0));
-    scene.camera = Camera { view: View::LookAt { position: eye, target }, fov: 0.9 };
+    scene.camera = Camera { view: View::LookAt { position: eye, target, roll: 0.0 }, fov: 0.9 };
     let size = [160, 90];
     let camera = Pinhole::look_at(eye, target, 0.9, 160.0 / 90.0);
     // In the picture, and without a disc.
@@ -270,7 +275,7 @@ fn extreme_worlds_have_finite_pictures() {
         ("ink", |scene| scene.sea.attenuation = [100.0; 3]),
         ("clear water", |scene| scene.sea.attenuation = [0.0; 3]),
     ];
-    let look = |position, target, fov| Camera { view: View::LookAt { position, target }, fov };
+    let look = |position, target, fov| Camera { view: View::LookAt { position, target, roll: 0.0 }, fov };
     let cameras = [
         look(Vec3::new(2500.0, 0.6, 0.0), Vec3::new(-1000.0, 0.5, 0.0), 1.0),
         look(Vec3::new(2500.0, 3.0, 0.0), Vec3::new(2400.0, -60.0, 0.0), 2.9),

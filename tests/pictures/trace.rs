@@ -752,7 +752,7 @@ fn frames_have_their_assets_in_common() {
     let things = [0.8, 0.3].map(|radius| (ball(Vec3::ZERO, radius, 1.0, 16, false), grey(0.5)));
     let first = sky(with(empty(&gpu), things.to_vec()), 1.0);
     let mut second = first.clone();
-    second.camera.view = View::LookAt { position: Vec3::new(50.0, 9.0, 7.0), target: Vec3::ZERO };
+    second.camera.view = View::LookAt { position: Vec3::new(50.0, 9.0, 7.0), target: Vec3::ZERO, roll: 0.0 };
     let moved = |x: f32, model: u32| {
         let position = Vec3::new(x, -2.0, 0.5);
         Instance { model, position, ..first.population.instances[0] }

@@ -2,7 +2,7 @@
 
 use crate::kit::desktop::{Desktop, Viewer};
 use crate::kit::picture::flip;
-use crate::kit::program::{good, json, stderr};
+use crate::kit::program::{good, json, stderr, terrane};
 use std::fs;
 use std::path::Path;
 use std::time::Duration;
@@ -189,6 +189,10 @@ fn plants_are_marked_and_a_traced_picture_is_exposed_anew() {
     good(&viewer.end());
 }
 
+fn pixels(path: &Path) -> image::RgbImage {
+    image::open(path).expect("a picture").into_rgb8()
+}
+
 /// Where the eye is, as the bar below says it.
 #[track_caller]
 fn eye(viewer: &mut Viewer<'_>) -> String {
@@ -212,14 +216,37 @@ fn places_are_gone_back_to_and_land_is_painted() {
     viewer.wait("another place", |viewer| (!viewer.shown().contains(&here)).then_some(()));
     viewer.key("1");
     viewer.see(&here);
-    // The command line of this view, as it comes from the clipboard.
+    // The command line of this view, as it comes from the clipboard, makes the picture that is saved from here; rolled, too.
+    viewer.hold("e", Duration::from_millis(300));
+    // Until the window has heard of it.
+    std::thread::sleep(Duration::from_millis(1000));
     viewer.key("ctrl+k");
     viewer.push("find a key");
     viewer.key("ctrl+v");
-    viewer.see("terrane render 'island.toml' --set 'camera.view={");
+    let line = viewer.wait("a command line", |viewer| {
+        let shown = viewer.shown();
+        let begin = "terrane render 'island.toml' --set 'camera.view={";
+        let line = shown.lines().find(|line| line.contains(begin))?;
+        line.splitn(3, ' ').nth(2).map(String::from)
+    });
+    assert!(line.contains("roll = "), "{line}");
     viewer.key("ctrl+a");
     viewer.key("BackSpace");
     viewer.key("Escape");
+    viewer.key("F12");
+    viewer.push("📥  Save");
+    viewer.see("wrote ");
+    let saved = pixels(&folder.path().join("island.png"));
+    // What stands in quotes is a word.
+    let words = line.split('\'').enumerate().flat_map(|(index, part)| match index % 2 {
+        0 => part.split_whitespace().collect(),
+        _ => vec![part],
+    });
+    good(&terrane(folder.path(), &words.skip(1).collect::<Vec<_>>()));
+    let rendered = pixels(&folder.path().join("island.png"));
+    assert!(saved == rendered, "they differ");
+    viewer.key("1");
+    viewer.see(&here);
 
     // What is painted is asked about, and can be taken back.
     viewer.push("Simulation");
@@ -274,6 +301,14 @@ fn a_zoom_is_flown_in_and_out() {
     }
     viewer.push("Freeze tiles");
     viewer.hold("w", Duration::from_millis(300));
+    // The place is put into the world, which is seen from there.
+    viewer.push("Drawing");
+    viewer.push("Put this view into the world");
+    viewer.key("ctrl+s");
+    viewer.see_no("not saved");
+    let saved = text(folder.path(), "zoom.toml");
+    assert!(saved.contains("\nfrom = \"") && saved.contains("tile = 4"), "{saved}");
+    good(&terrane(folder.path(), &["check", "zoom.toml"]));
     viewer.key("ctrl+q");
     good(&viewer.end());
 }

@@ -13,6 +13,7 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::Path;
 use terrane::formats::ply;
+use terrane::world::Overrides;
 use terrane::zoom::address::{Attitude, Location, Place};
 use terrane::zoom::height::{Refinement, Roughness, Surface};
 
@@ -92,6 +93,16 @@ fn a_code_says_what_is_seen() {
         // Neither the seed nor the depth of the world counts.
         assert_eq!(picture(path, &["--from", code(frame), "-o", "z.png"])["sha256"], frame["sha256"]);
     }
+    // In a world it says the same, and from there the way out; what it leaves out is as in the world.
+    let from = format!("zoom.from={:?}", code(&flown[1]));
+    let written = ["--seed", "7", "--set", from.as_str()];
+    let out = frames(path, &[&written[..], &["--frames", "0..2"]].concat());
+    let coded = frames(path, &["--from", code(&flown[1]), "--frames", "0..2"]);
+    assert_eq!((hashes(&out), &out[0]["sha256"]), (hashes(&coded), &flown[1]["sha256"]));
+    let wide = picture(path, &[&written[..], &["--set", "camera.fov=100", "-o", "z.png"]].concat());
+    assert_ne!(wide["sha256"], flown[1]["sha256"]);
+    let warned = [&["render", TINY, "-o", "z.png", "--set", "zoom.depth=3"], &written[..]].concat();
+    told(&terrane(path, &warned), 0, "zoom.depth: not used");
     // Codes of this length come in files, in lines.
     let deep = picture(path, &["--set", "zoom.depth=10000", "-o", "deep.png"]);
     assert!(deep["level"].as_u64().unwrap() >= 9_999 && code(&deep).len() > 5000);
@@ -323,14 +334,20 @@ fn what_a_zoom_can_not_is_refused() {
     told(&run("export", &["--memory-limit", "30MiB"]), 6, "lower zoom.tiles:");
 
     let surface = Surface { seed: 1, refinement: Refinement::Triangles, roughness: Roughness::Half };
-    let at = |height: i64| {
+    let at = |surface, height: i64| {
         let mut place = Place::default();
         place.y.add(height, 0);
         Location { surface, level: 3, place, attitude: Attitude::default(), fov: 9000 }.code()
     };
-    let (above, below) = (at(4), at(-4));
+    let (above, below) = (at(surface, 4), at(surface, -4));
     told(&render(&["--from", &below]), 2, "below the surface");
     told(&render(&["--from", &above, "--frames", "0..9"]), 2, "frame 0 is the last");
+    let set = |code: &str| render(&["--set", &format!("zoom.from={code:?}")]);
+    told(&set(&above), 3, "`zoom.from` is a place on another surface");
+    told(&set(&above[1..]), 3, "the location code");
+    let world = terrane::world::load(Path::new(TINY), &Overrides::default()).unwrap();
+    let own = world.zoom.as_ref().unwrap().surface(world.seed);
+    told(&set(&at(own, -4)), 3, "zoom.from: ");
     told(&render(&["--from", &above, "--seed", "3"]), 2, "--seed");
     told(&render(&["--from", &above, "--set", "zoom.depth=3"]), 2, "--set zoom.depth");
     told(&render(&["--from", &above, "--set", "zoom = { depth = 3 }"]), 2, "--set zoom");

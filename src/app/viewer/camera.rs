@@ -1,6 +1,7 @@
 //! The eye over land: it flies, or turns round a point.
 
 use crate::core::camera::{Pinhole, direction};
+use crate::scene::View;
 use glam::{Mat3, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -33,6 +34,41 @@ pub struct Rig {
     pub roll: f32,
 }
 
+/// A [`Rig`] in the words of the world file's `camera.view.look_at`, to two places.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Written {
+    /// Metres.
+    pub position: [f64; 3],
+    /// 100 m ahead.
+    pub target: [f64; 3],
+    /// Degrees.
+    pub roll: f64,
+}
+
+impl Written {
+    pub fn eye(&self) -> Vec3 {
+        self.position.map(|part| part as f32).into()
+    }
+
+    /// What a world has that says so.
+    pub fn view(&self) -> View {
+        View::LookAt { position: self.eye(), target: self.target(), roll: self.roll() }
+    }
+
+    /// The same with a vertical field of view (radians), in a picture of this width over height.
+    pub fn pinhole(&self, fov: f32, aspect: f32) -> Pinhole {
+        Pinhole::look_at(self.eye(), self.target(), fov, aspect).rolled(self.roll())
+    }
+
+    fn target(&self) -> Vec3 {
+        self.target.map(|part| part as f32).into()
+    }
+
+    fn roll(&self) -> f32 {
+        self.roll.to_radians() as f32
+    }
+}
+
 /// Turns a second while a key is held, radians.
 const TURN: f32 = 1.0;
 
@@ -43,17 +79,20 @@ impl Rig {
     /// Looks as a camera does.
     pub fn of(camera: &Pinhole) -> Rig {
         let forward = camera.forward;
+        let level = Pinhole::look_along(camera.eye, forward, 1.0, 1.0);
+        let roll = (-camera.right.dot(level.up)).atan2(camera.right.dot(level.right));
         Rig {
             eye: camera.eye,
             azimuth: forward.x.atan2(-forward.z),
             elevation: forward.y.clamp(-1.0, 1.0).asin(),
-            roll: 0.0,
+            // A level camera is that to the last bit.
+            roll: if roll.abs() < 1e-6 { 0.0 } else { roll },
         }
     }
 
-    /// From a point towards another.
-    pub fn looking(eye: Vec3, target: Vec3) -> Rig {
-        Rig::of(&Pinhole::look_at(eye, target, 1.0, 1.0))
+    /// From a point towards another, turned clockwise (radians).
+    pub fn looking(eye: Vec3, target: Vec3, roll: f32) -> Rig {
+        Rig::of(&Pinhole::look_at(eye, target, 1.0, 1.0).rolled(roll))
     }
 
     pub fn forward(&self) -> Vec3 {
@@ -62,15 +101,15 @@ impl Rig {
 
     /// With a vertical field of view (radians), in a picture of this width over height.
     pub fn pinhole(&self, fov: f32, aspect: f32) -> Pinhole {
-        let level = Pinhole::look_along(self.eye, self.forward(), fov, aspect);
-        let roll = Mat3::from_axis_angle(self.forward(), self.roll);
-        Pinhole { right: roll * level.right, up: roll * level.up, ..level }
+        Pinhole::look_along(self.eye, self.forward(), fov, aspect).rolled(self.roll)
     }
 
-    /// Position and target as files and command lines have them: to a centimetre, and level.
-    pub fn written(&self) -> [Vec3; 2] {
-        let rounded = |part: f32| ((f64::from(part) * 100.0).round() / 100.0) as f32;
-        [self.eye, self.eye + self.forward() * 100.0].map(|at| at.to_array().map(rounded).into())
+    /// What files and command lines have of it.
+    pub fn written(&self) -> Written {
+        let rounded = |number: f64| (number * 100.0).round() / 100.0;
+        let [position, target] = [self.eye, self.eye + self.forward() * 100.0]
+            .map(|at| at.to_array().map(|part| rounded(part.into())));
+        Written { position, target, roll: rounded(f64::from(self.roll).to_degrees()) }
     }
 
     /// Moves for some seconds. `ground` tells the height of what can't be flown through, metres.
@@ -134,22 +173,29 @@ mod tests {
 
     #[test]
     fn a_camera_becomes_a_rig_and_back() {
-        let camera = RIG.pinhole(1.0, 1.5);
-        let again = Rig::of(&camera).pinhole(1.0, 1.5);
-        assert!((camera.forward - again.forward).length() < 1e-6 && (camera.up - again.up).length() < 1e-6);
+        assert_eq!(Rig::of(&RIG.pinhole(1.0, 1.5)).roll, 0.0);
+        for roll in [0.0, 0.3, -2.0] {
+            let camera = Rig { roll, ..RIG }.pinhole(1.0, 1.5);
+            let again = Rig::of(&camera).pinhole(1.0, 1.5);
+            assert!(
+                (camera.forward - again.forward).length() < 1e-6 && (camera.up - again.up).length() < 1e-6
+            );
+        }
+        // Clockwise, as one sees who holds it: what was to the right is below.
+        let quarter = Rig { roll: FRAC_PI_2, ..RIG }.pinhole(1.0, 1.5);
+        assert!((quarter.right + RIG.pinhole(1.0, 1.5).up).length() < 1e-6);
     }
 
     #[test]
     fn what_is_written_is_seen_again() {
-        let rig = Rig { eye: Vec3::new(12.344_9, 300.027, -1234.506), ..RIG };
-        let [position, target] = rig.written();
-        assert_eq!(position, Vec3::new(12.34, 300.03, -1234.51));
-        // A command line reads it as it was written.
-        let read = |part: f32| format!("{part}").parse::<f64>().map(|part| part as f32);
-        assert!([position, target].iter().all(|at| at.to_array().map(read) == at.to_array().map(Ok)));
-        let again = Rig::looking(position, target);
-        assert!((again.forward() - rig.forward()).length() < 2e-4);
-        assert!(rig.eye.distance(position) < 0.01);
+        let rig = Rig { eye: Vec3::new(12.344_9, 300.027, -1234.506), roll: -0.7, ..RIG };
+        let written = rig.written();
+        assert_eq!((written.position, written.roll), ([12.34, 300.03, -1234.51], -40.11));
+        let camera = written.pinhole(1.0, 1.5);
+        let again = Rig::looking(camera.eye, camera.eye + camera.forward, (-40.11_f32).to_radians());
+        assert!((again.forward() - rig.forward()).length() < 2e-4 && (again.roll - rig.roll).abs() < 2e-4);
+        assert!(rig.eye.distance(camera.eye) < 0.01);
+        assert!((camera.up - rig.pinhole(1.0, 1.5).up).length() < 2e-4);
     }
 
     #[test]

@@ -6,12 +6,15 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// An export under way.
 pub struct Export {
     child: Child,
     said: Arc<Mutex<Said>>,
+    /// Who listens to it.
+    listener: Option<JoinHandle<()>>,
     cancelled: bool,
     /// What was written for it to read.
     world: Option<tempfile::TempPath>,
@@ -64,11 +67,11 @@ impl Export {
             .spawn()
             .map_err(failed)?;
         let said = Arc::<Mutex<Said>>::default();
-        if let Some(stderr) = child.stderr.take() {
+        let listener = child.stderr.take().map(|stderr| {
             let said = said.clone();
-            std::thread::spawn(move || listen(stderr, &said));
-        }
-        Ok(Export { child, said, cancelled: false, world })
+            std::thread::spawn(move || listen(stderr, &said))
+        });
+        Ok(Export { child, said, listener, cancelled: false, world })
     }
 
     pub fn said(&self) -> Said {
@@ -91,7 +94,9 @@ impl Export {
         let status = self.child.try_wait().ok()??;
         self.world = None;
         // Its last words may be on their way.
-        std::thread::sleep(Duration::from_millis(20));
+        if let Some(listener) = self.listener.take() {
+            let _ = listener.join();
+        }
         let Said { last, text, .. } = self.said();
         Some(match status.success() {
             true => Ended::Done(last),

@@ -1,6 +1,9 @@
 //! The worlds that come with the program: they lie in it, and in a folder of the user's once one is opened, as files to change.
 
+use crate::core::hash::hexadecimal;
 use crate::formats::{self, file};
+use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -49,24 +52,47 @@ worlds! {
     "forest" / "tiny": "A few trees, soon there.",
 }
 
-/// Writes what is not there yet of the worlds into a folder of the user's, and returns the path of one of them. What the user has changed
-/// there stays.
+/// In the folder of worlds: SHA-256 of each file as it was written.
+const WRITTEN: &str = ".written.json";
+
+/// Writes the worlds into a folder of the user's, and returns the path of one of them. What the user has changed there stays; what is as
+/// an earlier version of the program wrote it becomes what it is now.
 ///
 /// # Errors
 /// When the folder can't be written to.
 pub fn unpack(world: &World, folder: &Path) -> Result<PathBuf, formats::Error> {
-    let folder = folder.join("worlds");
-    for (path, bytes) in FILES {
-        let path = folder.join(path);
-        if !path.exists() {
+    unpack_files(FILES, &folder.join("worlds"))?;
+    Ok(folder.join("worlds").join(world.path))
+}
+
+fn unpack_files(files: &[(&str, &[u8])], folder: &Path) -> Result<(), formats::Error> {
+    let hash = |bytes: &[u8]| hexadecimal(&Sha256::digest(bytes));
+    // Without it, what is there is taken for the user's.
+    let record = std::fs::read(folder.join(WRITTEN)).unwrap_or_default();
+    let before: BTreeMap<String, String> = serde_json::from_slice(&record).unwrap_or_default();
+    let mut written = BTreeMap::new();
+    for (name, bytes) in files {
+        let path = folder.join(name);
+        let there = std::fs::read(&path).ok().map(|there| hash(&there));
+        let is_ours = there.is_none() || there.as_ref() == before.get(*name);
+        let new = hash(bytes);
+        if is_ours && there.as_ref() != Some(&new) {
             if let Some(parent) = path.parent() {
                 std::fs::create_dir_all(parent)
                     .map_err(|source| formats::Error::Write { path: parent.into(), source })?;
             }
             file::replace_keeping(&path, None, |out| out.write_all(bytes))?;
         }
+        // What is the same is ours again, whoever wrote it.
+        if is_ours || there.as_ref() == Some(&new) {
+            written.insert((*name).to_owned(), new);
+        }
     }
-    Ok(folder.join(world.path))
+    if written != before {
+        let text = serde_json::to_vec_pretty(&written).unwrap_or_default();
+        file::replace_keeping(&folder.join(WRITTEN), None, |out| out.write_all(&text))?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -89,5 +115,27 @@ mod tests {
         std::fs::write(&path, "format = 1").expect("it can be written");
         unpack(&WORLDS[0], folder.path()).expect("it is there");
         assert_eq!(std::fs::read_to_string(&path).expect("it is there"), "format = 1");
+    }
+
+    #[test]
+    fn what_nobody_changed_becomes_what_is_shipped_now() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder.path();
+        let [changed, kept] = ["a/changed.toml", "kept.toml"].map(|name| folder.join(name));
+        let read = |path: &Path| std::fs::read_to_string(path).expect("it is there");
+        let ship = |one: &[u8], other: &[u8]| {
+            unpack_files(&[("a/changed.toml", one), ("kept.toml", other)], folder).expect("it is written");
+        };
+        ship(b"one", b"one");
+        std::fs::write(&changed, "mine").expect("it is written");
+        ship(b"two", b"two");
+        assert_eq!((read(&changed), read(&kept)), ("mine".into(), "two".into()));
+        // Nor later, though it was ours once.
+        ship(b"three", b"three");
+        assert_eq!((read(&changed), read(&kept)), ("mine".into(), "three".into()));
+        // What is thrown away comes again.
+        std::fs::remove_file(&changed).expect("it was there");
+        ship(b"three", b"three");
+        assert_eq!(read(&changed), "three");
     }
 }

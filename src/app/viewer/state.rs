@@ -40,6 +40,8 @@ pub struct State {
     pub window: Option<Window>,
     /// Worlds that were open, the last one first: whole paths.
     recent: Vec<PathBuf>,
+    /// How frames are paced, by [`Pacing::name`](crate::gpu::Pacing::name), once the user has said so.
+    pub pacing: Option<String>,
     /// Whether a panel is shown, by its name, once the user has said so.
     pub panels: BTreeMap<String, bool>,
     bookmarks: BTreeMap<PathBuf, Vec<Bookmark>>,
@@ -64,8 +66,13 @@ pub struct Bookmark {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum View {
-    /// Metres east, up and south of the middle of the terrain.
-    Land { position: [f32; 3], target: [f32; 3] },
+    /// Metres east, up and south of the middle of the terrain; turned clockwise, radians.
+    Land {
+        position: [f32; 3],
+        target: [f32; 3],
+        #[serde(default)]
+        roll: f32,
+    },
     /// The code of a place in an endless zoom.
     Zoom { code: String },
 }
@@ -182,7 +189,7 @@ mod tests {
         };
         state.panels.insert("timings".into(), true);
         state.opened(&folder.join("gone.toml"));
-        let view = View::Land { position: [1.0, 2.5, -3.0], target: [0.0; 3] };
+        let view = View::Land { position: [1.0, 2.5, -3.0], target: [0.0; 3], roll: 0.5 };
         state.bookmark(&folder.join("gone.toml"), Bookmark { name: "beach".into(), view });
         state.bookmark(
             &folder.join("z.toml"),

@@ -236,7 +236,10 @@ impl Application<'_> {
         self.session.report.device = Some(gpu.info().name.clone());
         let inner = window.inner_size();
         let target: Arc<dyn Target> = window.clone();
-        let swapchain = Swapchain::new(&gpu, target, [inner.width, inner.height], Pacing::Fifo)?;
+        let mut swapchain = Swapchain::new(&gpu, target, [inner.width, inner.height], Pacing::Fifo)?;
+        let pacings = swapchain.pacings()?;
+        let wanted = pacings.iter().copied().find(|pacing| state.pacing.as_deref() == Some(pacing.name()));
+        swapchain.pace(wanted.unwrap_or_default());
         let painter = Painter::new(&gpu)?;
         let context = egui::Context::default();
         let egui = egui_winit::State::new(
@@ -266,6 +269,7 @@ impl Application<'_> {
             engine,
             wake,
             self.arguments.device.clone(),
+            (wanted.unwrap_or_default(), pacings),
             self.document.take(),
             (folder, state, warning),
         );
@@ -445,7 +449,7 @@ impl Open {
                 #[cfg(feature = "reload")]
                 Wish::Reprogram => {
                     if let Err(error) = self.painter.reprogram() {
-                        self.desk.say(error.to_string(), true);
+                        self.desk.fail(error.to_string());
                     }
                 }
                 Wish::Close => self.desk.close(),

@@ -21,9 +21,9 @@ impl Check<'_> {
     }
 
     fn look_at(&mut self, look: &keys::LookAt, sea_level: f32) -> scene::View {
-        let &keys::LookAt { position, target } = look;
+        let &keys::LookAt { position, target, roll } = look;
         self.stands(&KeyPath::from("camera.view.look_at"), position, target, sea_level);
-        scene::View::LookAt { position: position.into(), target: target.into() }
+        scene::View::LookAt { position: position.into(), target: target.into(), roll }
     }
 
     fn stand(&mut self, stand: &keys::Stand, grid: Grid) -> scene::Stand {
@@ -73,12 +73,14 @@ impl Check<'_> {
 
     /// The camera's way, with what each keyframe leaves out.
     pub(super) fn camera_path(&mut self, camera: &keys::Camera, sea_level: f32) -> scene::CameraPath {
-        let (mut at, mut to, mut fov, mut focus) = (None, None, camera.fov, camera.focus);
+        let (mut at, mut to, mut roll) = (None, None, 0.0);
+        let (mut fov, mut focus) = (camera.fov, camera.focus);
         let mut path = scene::CameraPath::default();
         for (index, key) in camera.keyframes.iter().enumerate() {
             let place = KeyPath::from("camera.keyframes").join(index);
             at = key.position.or(at);
             to = key.target.or(to);
+            roll = key.roll.unwrap_or(roll);
             (fov, focus) = (key.fov.unwrap_or(fov), key.focus.unwrap_or(focus));
             if let Some(before) = path.keys.last().filter(|before| before.frame >= key.frame) {
                 let label = format!("allowed: more than {}, the frame of the keyframe before", before.frame);
@@ -93,7 +95,7 @@ impl Check<'_> {
             let (Some(position), Some(target)) = (at, to) else { return path };
             self.stands(&place, position, target, sea_level);
             let (position, target) = (position.into(), target.into());
-            path.keys.push(scene::Keyframe { frame: key.frame, position, target, fov, focus });
+            path.keys.push(scene::Keyframe { frame: key.frame, position, target, roll, fov, focus });
         }
         path
     }

@@ -50,6 +50,9 @@ pub fn plan(world: &keys::World, folder: &Path) -> Result<Planned, Vec<Fault>> {
         seabed_smoothing: world.erosion.as_ref().map_or(0.0, |erosion| erosion.seabed_smoothing),
         reef: check.reef(world.reef.as_ref()),
     };
+    if let Some(zoom) = &world.zoom {
+        check.zoom(zoom, world.seed);
+    }
     check.passes(&plan);
     check.surface(&world.surface);
     let light = check.light(world);

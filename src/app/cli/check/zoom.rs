@@ -7,6 +7,7 @@ use crate::app::report::Details;
 use crate::app::{Error, Session, land};
 use crate::core::memory::total;
 use crate::world::{Renderer, World, Zoom};
+use crate::zoom::address::Location;
 use serde_json::json;
 
 /// Tells what it takes, and refuses what does not fit.
@@ -26,6 +27,7 @@ pub fn check(arguments: &Arguments, world: &World, zoom: &Zoom, session: &mut Se
     session.report.details = Some(Details::Plan(json!({
         "zoom": {
             "depth": zoom.depth,
+            "from": zoom.from.as_ref().map(Location::code),
             "levels_per_frame": zoom.levels_per_frame,
             "tiles": settings.slots,
             "tile_side": side,
@@ -37,15 +39,18 @@ pub fn check(arguments: &Arguments, world: &World, zoom: &Zoom, session: &mut Se
         "memory_bytes": total(&parts),
     })));
     if !arguments.output.quiet && !arguments.output.json {
+        let start = match &zoom.from {
+            Some(location) => format!("a place as near as level {} and up", location.level),
+            None => format!("depth {} and down", zoom.depth),
+        };
         let text = format!(
             "{}, seed {}\n\
-             zoom     from depth {}, {} levels a frame\n\
+             zoom     from {start}, {} levels a frame\n\
              tiles    {} of {side} × {side} quads, {} octaves far, split if nearer than {} sides\n\
              picture  {} × {} pixels\n\
              memory   on the device, {}\n",
             world.name,
             world.seed,
-            zoom.depth,
             zoom.levels_per_frame,
             settings.slots,
             settings.octaves,

@@ -94,7 +94,7 @@ fn camera(model: &Model, fov: f32, size: Size) -> Camera {
     let forward = Vec3::new(0.0, -downwards.sin(), -downwards.cos());
     let aspect = size.width as f32 / size.height as f32;
     let Pinhole { eye, .. } = Pinhole::frame(&boxes(model), forward, ROOM, fov, aspect);
-    Camera { view: View::LookAt { position: eye, target: eye + forward }, fov }
+    Camera { view: View::LookAt { position: eye, target: eye + forward, roll: 0.0 }, fov }
 }
 
 /// How much farther away the camera stands than the plant needs to fill the picture.

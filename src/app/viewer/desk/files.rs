@@ -22,6 +22,16 @@ pub(super) enum Next {
     Open(PathBuf),
 }
 
+/// What only the user knows.
+enum Question {
+    /// What becomes of files that are being written.
+    Export,
+    /// What becomes of changes.
+    Unsaved,
+    /// What becomes of strokes of the brush.
+    Strokes,
+}
+
 impl Desk {
     /// Shows a world.
     pub(super) fn take(&mut self, document: Document) {
@@ -39,6 +49,7 @@ impl Desk {
         // What is shown or asked about the world before goes with it.
         (self.form, self.section, self.pointed, self.brush) = Default::default();
         self.exposure = picture::Exposure::of(&world);
+        world.warnings.iter().for_each(|warning| self.warn(warning.clone()));
         self.shown = Some(world);
         self.watch(&document);
         self.document = Some(document);
@@ -68,7 +79,7 @@ impl Desk {
     fn open(&mut self, path: &Path) {
         match Document::open(path, &Overrides::default()) {
             Ok(document) => self.take(document),
-            Err(error) => self.say(error.to_string(), true),
+            Err(error) => self.fail(error.to_string()),
         }
     }
 
@@ -90,17 +101,28 @@ impl Desk {
             }
             Some(Next::New) => match Document::untitled("untitled", "format = 1\n", Path::new("")) {
                 Ok(document) => self.take(document),
-                Err(error) => self.say(error.to_string(), true),
+                Err(error) => self.fail(error.to_string()),
             },
             Some(Next::Open(path)) => self.open(&path),
             None => {}
         }
     }
 
-    /// Does what waited for changes to be saved.
+    /// Does what waited for an answer, if nothing is left to be asked.
     fn go_on(&mut self) {
-        if !self.document.as_ref().is_some_and(Document::is_dirty) && self.strokes() == 0 {
+        if self.next.is_some() && self.question().is_none() {
             self.do_next();
+        }
+    }
+
+    /// What is asked before that.
+    fn question(&self) -> Option<Question> {
+        let leaves_export = self.export.is_some() && matches!(self.next, Some(Next::Close));
+        match &self.document {
+            _ if leaves_export => Some(Question::Export),
+            Some(document) if document.is_dirty() => Some(Question::Unsaved),
+            _ if self.strokes() > 0 => Some(Question::Strokes),
+            _ => None,
         }
     }
 
@@ -135,15 +157,13 @@ impl Desk {
         match document.reload() {
             Ok(new) => {
                 self.on_disk = document.on_disk();
-                if new {
-                    self.say("read the file again".into(), false);
-                }
+                self.say(if new { "read the file again" } else { "the file says the same" }.into());
             }
             Err(error) => {
                 self.on_disk = OnDisk::Same;
                 // What is wrong with a world is shown beside it.
                 if !matches!(error, document::Error::World(_)) {
-                    self.say(error.to_string(), true);
+                    self.fail(error.to_string());
                 }
             }
         }
@@ -181,7 +201,7 @@ impl Desk {
                 let folder = self.folder.clone().unwrap_or_else(std::env::temp_dir);
                 match shipped::unpack(world, &folder) {
                     Ok(path) => self.open(&path),
-                    Err(error) => self.say(error.to_string(), true),
+                    Err(error) => self.fail(error.to_string()),
                 }
             }
             welcome::Choice::Recent(Recent::Open(path)) => self.open(&path),
@@ -218,11 +238,11 @@ impl Desk {
         match document.save() {
             Ok(()) => {
                 self.on_disk = OnDisk::Same;
-                self.say("saved".into(), false);
+                self.say("saved".into());
             }
             Err(error) => {
                 self.on_disk = document.on_disk();
-                self.say(error.to_string(), true);
+                self.fail(error.to_string());
             }
         }
     }
@@ -238,9 +258,9 @@ impl Desk {
                     self.watch(&document);
                     self.document = Some(document);
                 }
-                self.say(format!("saved as {}", path.display()), false);
+                self.say(format!("saved as {}", path.display()));
             }
-            Err(error) => self.say(error.to_string(), true),
+            Err(error) => self.fail(error.to_string()),
         }
     }
 
@@ -282,7 +302,7 @@ impl Desk {
             Some(Notice::Overwrite) => {
                 let result = self.document.as_mut().map(Document::overwrite);
                 match result {
-                    Some(Err(error)) => self.say(error.to_string(), true),
+                    Some(Err(error)) => self.fail(error.to_string()),
                     _ => self.on_disk = OnDisk::Same,
                 }
             }
@@ -322,7 +342,7 @@ impl Desk {
                             pending.discard();
                         }
                     }
-                    Err(error) => self.say(error.to_string(), true),
+                    Err(error) => self.fail(error.to_string()),
                 }
                 self.pending.clear();
             }
@@ -332,22 +352,32 @@ impl Desk {
             Some(Recovery::Later) => self.pending.clear(),
             _ => {}
         }
-        if let (Some(_), Some(document), false) = (&self.next, &self.document, self.chooser.is_open()) {
-            let answer = match document.is_dirty() {
-                true => files::unsaved(context, document),
-                false => files::painted(context),
-            };
-            match answer {
-                Some(Unsaved::Save) => {
-                    self.save();
-                    self.go_on();
-                }
-                Some(Unsaved::Discard) => {
-                    self.do_next();
-                }
-                Some(Unsaved::Cancel) => self.next = None,
-                None => {}
+        if self.next.is_some() && !self.chooser.is_open() {
+            self.ask_on(context);
+        }
+    }
+
+    /// Asks what must be known before what is next.
+    fn ask_on(&mut self, context: &Context) {
+        let answer = match (self.question(), &self.document) {
+            (Some(Question::Unsaved), Some(document)) => files::unsaved(context, document),
+            (Some(Question::Strokes), _) => files::painted(context),
+            (Some(Question::Export), _) => files::exporting(context),
+            // What was asked about has ended meanwhile.
+            _ => return self.do_next(),
+        };
+        match (answer, self.question()) {
+            (Some(Unsaved::Save), _) => {
+                self.save();
+                self.go_on();
             }
+            (Some(Unsaved::Discard), Some(Question::Export)) => {
+                self.export = None;
+                self.go_on();
+            }
+            (Some(Unsaved::Discard), _) => self.do_next(),
+            (Some(Unsaved::Cancel), _) => self.next = None,
+            (None, _) => {}
         }
     }
 
@@ -377,7 +407,7 @@ impl Desk {
                 arguments.extend(self.device.words());
                 match Export::begin(document, &arguments) {
                     Ok(export) => self.export = Some(export),
-                    Err(error) => self.say(error.to_string(), true),
+                    Err(error) => self.fail(error.to_string()),
                 }
             }
             Some(form::Outcome::ChooseFolder) => self.ask(Purpose::ExportFolder, ""),
@@ -397,10 +427,10 @@ impl Desk {
         match ended {
             Ended::Done(said) => {
                 self.form = None;
-                self.say(format!("exported; {said}"), false);
+                self.say(format!("exported; {said}"));
             }
-            Ended::Cancelled(said) => self.say(format!("the export was {said}"), false),
-            Ended::Failed(said) => self.say(said, true),
+            Ended::Cancelled(said) => self.say(format!("the export was {said}")),
+            Ended::Failed(said) => self.fail(said),
         }
     }
 }

@@ -107,7 +107,9 @@ impl Desk {
                         (Pacing::Mailbox, "with the display, the newest"),
                         (Pacing::Immediate, "at once"),
                     ] {
-                        if ui.radio(self.pacing == pacing, name).clicked() {
+                        let radio = egui::RadioButton::new(self.pacing == pacing, name);
+                        let radio = ui.add_enabled(self.pacings.contains(&pacing), radio);
+                        if radio.on_disabled_hover_text("This display can't").clicked() {
                             other = Some(Other::Pace(pacing));
                         }
                     }
@@ -134,6 +136,7 @@ impl Desk {
             }
             Some(Other::Pace(pacing)) => {
                 self.pacing = pacing;
+                self.state.pacing = Some(pacing.name().into());
                 self.wishes.push(Wish::Pace(pacing));
             }
             None => {}

@@ -2,10 +2,12 @@
 
 mod files;
 mod menu;
+mod messages;
 mod places;
 
 use self::files::Next;
 use self::menu::TIMINGS;
+use self::messages::{Messages, Tone};
 use super::camera::Steering;
 use super::document::{Document, OnDisk};
 use super::engine::{Command, Course, Engine, Frame, News, Section, Status, WorldStatus};
@@ -105,16 +107,12 @@ pub struct Desk {
     /// Whether a drag goes round the middle of the picture, or looks round.
     orbits: bool,
     pacing: Pacing,
+    /// Those that the window can have.
+    pacings: Vec<Pacing>,
     over: bool,
-    messages: Vec<(Instant, String, bool)>,
+    messages: Messages,
     heard: Instant,
 }
-
-/// How long a message can be read.
-const MESSAGE: Duration = Duration::from_secs(8);
-
-/// The last ones are shown.
-const MOST_MESSAGES: usize = 5;
 
 /// Radians that the eye turns for a point of the mouse's way.
 const LOOK: f32 = 0.004;
@@ -128,6 +126,7 @@ impl Desk {
         engine: Engine,
         wake: Arc<dyn Fn() + Send + Sync>,
         device: DeviceOptions,
+        (pacing, pacings): (Pacing, Vec<Pacing>),
         document: Option<Document>,
         (folder, state, warning): (Option<PathBuf>, State, Option<String>),
     ) -> Desk {
@@ -176,16 +175,17 @@ impl Desk {
             speed: 0.0,
             looking: false,
             orbits: true,
-            pacing: Pacing::default(),
+            pacing,
+            pacings,
             over: false,
-            messages: Vec::new(),
+            messages: Messages::default(),
             heard: Instant::now(),
         };
         if let Some(document) = document {
             desk.take(document);
         }
         if let Some(warning) = warning {
-            desk.say(warning, true);
+            desk.warn(warning);
         }
         desk
     }
@@ -195,7 +195,7 @@ impl Desk {
     pub fn with_shaders(mut self, gpu: &crate::gpu::Gpu) -> Desk {
         match Shaders::watch(gpu, self.wake.clone()) {
             Ok(shaders) => self.shaders = Some(shaders),
-            Err(reason) => self.say(reason, true),
+            Err(reason) => self.fail(reason),
         }
         self
     }
@@ -207,13 +207,13 @@ impl Desk {
             self.shaders.as_ref().and_then(Shaders::replaced)
         {
             // What was wrong with them is mended.
-            self.messages
-                .retain(|(_, said, bad)| !bad || !files.iter().any(|file| said.contains(file.as_str())));
-            refusals.into_iter().for_each(|refusal| self.say(refusal, true));
+            let files_in = |sentence: &str| files.iter().any(|file| sentence.contains(file.as_str()));
+            self.messages.forget_failures(files_in);
+            refusals.into_iter().for_each(|refusal| self.fail(refusal));
             if rooms.is_empty() {
                 continue;
             }
-            self.say(format!("read {} again", files.join(", ")), false);
+            self.say(format!("read {} again", files.join(", ")));
             if rooms.contains("viewer") {
                 self.wishes.push(Wish::Reprogram);
             }
@@ -221,10 +221,19 @@ impl Desk {
         }
     }
 
-    pub fn say(&mut self, sentence: String, bad: bool) {
-        // Said again it is no other message.
-        self.messages.retain(|(_, earlier, _)| *earlier != sentence);
-        self.messages.push((Instant::now(), sentence, bad));
+    /// Tells what was done.
+    pub fn say(&mut self, sentence: String) {
+        self.messages.push(sentence, Tone::Said);
+    }
+
+    /// Tells what should be known.
+    fn warn(&mut self, sentence: String) {
+        self.messages.push(sentence, Tone::Warned);
+    }
+
+    /// Tells what failed.
+    pub fn fail(&mut self, sentence: String) {
+        self.messages.push(sentence, Tone::Failed);
     }
 
     /// Takes in what the engine has to say.
@@ -246,8 +255,9 @@ impl Desk {
                     self.status = *status;
                 }
                 News::Section(section) => self.section = section.or(self.section.take()),
-                News::Said(sentence) => self.say(sentence, false),
-                News::Failed(sentence) => self.say(sentence, true),
+                News::Said(sentence) => self.say(sentence),
+                News::Warned(sentence) => self.warn(sentence),
+                News::Failed(sentence) => self.fail(sentence),
                 News::Ended(error) => return Err(error),
             }
         }
@@ -321,7 +331,7 @@ impl Desk {
             self.choose(choice);
         }
         self.windows(ui.ctx());
-        self.told(ui.ctx(), rect);
+        self.messages.show(ui.ctx(), rect);
         self.follow(ui);
     }
 
@@ -336,7 +346,10 @@ impl Desk {
         let world = document.world().clone();
         if !self.shown.as_ref().is_some_and(|shown| Arc::ptr_eq(shown, &world)) {
             self.engine.send(Command::Edit(world.clone()));
-            self.shown = Some(world);
+            let before = self.shown.replace(world.clone());
+            let known = before.as_ref().map_or(&[][..], |world| &world.warnings);
+            let new = world.warnings.iter().filter(|warning| !known.contains(warning));
+            new.for_each(|warning| self.messages.push(warning.clone(), Tone::Warned));
             // Panels that were drawn before the change show what was.
             ui.ctx().request_repaint();
         }
@@ -347,7 +360,7 @@ impl Desk {
             Err(error) => {
                 // Once is enough.
                 self.keeper = None;
-                self.say(format!("changes are not kept: {error}"), true);
+                self.fail(format!("changes are not kept: {error}"));
             }
         }
     }
@@ -402,12 +415,12 @@ impl Desk {
             Action::Bookmark(number) => self.go_back_to(number),
             Action::SetBookmark(number) => self.remember(number.to_string()),
             Action::CopyCommand if !self.document.as_ref().is_some_and(Document::is_on_disk) => {
-                self.say("save the world first: the command line reads its file".into(), true);
+                self.fail("save the world first: the command line reads its file".into());
             }
             Action::CopyCommand => {
                 if let Some(line) = self.command_line() {
                     context.copy_text(line);
-                    self.say("copied the command line of this view".into(), false);
+                    self.say("copied the command line of this view".into());
                 }
             }
             Action::PlayPause => {
@@ -431,13 +444,13 @@ impl Desk {
             Action::CopyLocation => {
                 if let WorldStatus::Zoom { code, .. } = &self.status.world {
                     context.copy_text(code.clone());
-                    self.say("copied the code of this place".into(), false);
+                    self.say("copied the code of this place".into());
                 }
             }
             Action::OtherCamera => {
                 self.orbits = !self.orbits;
                 let does = if self.orbits { "goes round the middle of the picture" } else { "looks round" };
-                self.say(format!("a drag {does}"), false);
+                self.say(format!("a drag {does}"));
             }
             Action::Autopilot | Action::WayBack => {}
         }
@@ -539,7 +552,7 @@ impl Desk {
         folded(ui, "Picture", false, |ui| wishes.push(picture::show(ui, document, self.exposure)));
         commands.into_iter().for_each(|command| self.engine.send(command));
         let mut write_view = false;
-        if matches!(self.status.world, WorldStatus::Land { .. }) {
+        if !matches!(self.status.world, WorldStatus::None) {
             ui.horizontal(|ui| {
                 write_view = ui.button("Put this view into the world").clicked();
             });
@@ -591,10 +604,10 @@ impl Desk {
         painter.rect_filled(rect, 0.0, Color32::from_gray(12));
         if self.frame.is_some() {
             let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-            painter.image(WORLD, rect, whole, Color32::WHITE);
+            painter.image(WORLD, self.place_of_picture(rect, pixels_per_point), whole, Color32::WHITE);
             self.mark(&painter, rect);
         } else {
-            let failed = self.messages.iter().any(|(.., bad)| *bad) && self.engine.is_idle();
+            let failed = self.messages.tell_failure() && self.engine.is_idle();
             let text = if failed {
                 "There is nothing to show.".into()
             } else {
@@ -652,6 +665,21 @@ impl Desk {
         }
     }
 
+    /// Where in the window the picture lies. One of another shape, which will be replaced soon, is as high as the window and keeps its
+    /// shape: as the next one does, it shows as much from top to bottom.
+    fn place_of_picture(&self, rect: Rect, pixels_per_point: f32) -> Rect {
+        let Some([width, height]) =
+            self.frame.as_ref().map(|frame| frame.image.size().map(|side| side as f32))
+        else {
+            return rect;
+        };
+        let across = rect.height() * width / height;
+        // A swift picture has whole texels, too, and fills the window all the same.
+        let texel = (rect.height() / height + 1.0 / pixels_per_point) * (1.0 + width / height);
+        let across = if (across - rect.width()).abs() <= texel { rect.width() } else { across };
+        Rect::from_center_size(rect.center(), vec2(across, rect.height()))
+    }
+
     /// Shows which plant is selected, where the picture shows it.
     fn mark(&self, painter: &egui::Painter, rect: Rect) {
         let WorldStatus::Land { selected: Some(selected), .. } = &self.status.world else { return };
@@ -683,43 +711,6 @@ impl Desk {
         // It goes on as long as it is held.
         response.ctx.request_repaint_after(Duration::from_millis(30));
         true
-    }
-
-    fn told(&mut self, context: &Context, rect: Rect) {
-        // What went wrong stays until it is clicked away.
-        self.messages.retain(|(since, _, bad)| *bad || since.elapsed() < MESSAGE);
-        while self.messages.len() > MOST_MESSAGES {
-            let first = self.messages.iter().position(|(.., bad)| !bad).unwrap_or(0);
-            self.messages.remove(first);
-        }
-        if self.messages.is_empty() {
-            return;
-        }
-        if self.messages.iter().any(|(.., bad)| !bad) {
-            context.request_repaint_after(Duration::from_millis(500));
-        }
-        let clicked = egui::Area::new("messages".into())
-            .fixed_pos(rect.left_top() + vec2(12.0, 12.0))
-            // Above the picture, and below what asks or explains.
-            .order(egui::Order::Background)
-            .show(context, |ui| {
-                ui.set_max_width((rect.width() - 24.0).clamp(120.0, 560.0));
-                let mut clicked = None;
-                for (index, (_, sentence, bad)) in self.messages.iter().enumerate() {
-                    let colour = if *bad { theme::ERROR } else { Color32::WHITE };
-                    let label = egui::Label::new(RichText::new(sentence).color(colour)).wrap();
-                    egui::Frame::popup(ui.style()).show(ui, |ui| {
-                        let label = ui.add(label.sense(Sense::click()));
-                        if label.on_hover_text("Click, and it goes").clicked() {
-                            clicked = Some(index);
-                        }
-                    });
-                }
-                clicked
-            });
-        if let Some(index) = clicked.inner {
-            self.messages.remove(index);
-        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Where the eye is: remembered, gone back to, written down.
 
 use super::Desk;
-use crate::app::viewer::camera::Rig;
+use crate::app::viewer::camera::{Rig, Written};
 use crate::app::viewer::engine::{Command, Pose, WorldStatus};
 use crate::app::viewer::keys::{self, Action};
 use crate::app::viewer::state::{self, Bookmark};
@@ -22,6 +22,7 @@ impl Desk {
             Pose::Land(rig) => state::View::Land {
                 position: rig.eye.to_array(),
                 target: (rig.eye + rig.forward() * 100.0).to_array(),
+                roll: rig.roll,
             },
             Pose::Zoom(code) => state::View::Zoom { code },
         })
@@ -31,7 +32,7 @@ impl Desk {
         let (Some(view), Some(document)) = (self.bookmark_view(), &self.document) else { return };
         let source = document.source().to_path_buf();
         self.state.bookmark(&source, Bookmark { name: name.clone(), view });
-        self.say(format!("remembered this place as {name}"), false);
+        self.say(format!("remembered this place as {name}"));
     }
 
     /// Goes to the place of a number, or says how it gets one.
@@ -42,16 +43,15 @@ impl Desk {
             return self.go_back(&name);
         }
         let key = keys::shortcut(Action::SetBookmark(number)).unwrap_or_default();
-        self.say(format!("no place {number} is remembered yet: {key} remembers this one"), false);
+        self.say(format!("no place {number} is remembered yet: {key} remembers this one"));
     }
 
     pub(super) fn go_back(&mut self, name: &str) {
         let Some(document) = &self.document else { return };
         let bookmark = self.state.bookmarks(document.source()).iter().find(|bookmark| bookmark.name == name);
         let pose = match bookmark.map(|bookmark| &bookmark.view) {
-            Some(state::View::Land { position, target }) => {
-                let eye = glam::Vec3::from(*position);
-                Pose::Land(Rig::looking(eye, glam::Vec3::from(*target)))
+            Some(state::View::Land { position, target, roll }) => {
+                Pose::Land(Rig::looking((*position).into(), (*target).into(), *roll))
             }
             Some(state::View::Zoom { code }) => Pose::Zoom(code.clone()),
             None => return,
@@ -59,16 +59,19 @@ impl Desk {
         self.engine.send(Command::GoTo(pose));
     }
 
-    /// The camera's keys for where the eye is.
-    fn camera_keys(&self) -> Option<(KeyPath, toml_edit::Value)> {
-        let Pose::Land(rig) = self.pose()? else { return None };
-        let rounded = |of: glam::Vec3| -> toml_edit::Array {
-            of.to_array().iter().map(|part| (f64::from(*part) * 100.0).round() / 100.0).collect()
+    /// The key of the world's file that says where the eye is, and what it says.
+    fn written_view(&self) -> Option<(KeyPath, toml_edit::Value)> {
+        let rig = match self.pose()? {
+            Pose::Land(rig) => rig,
+            Pose::Zoom(code) => return Some((KeyPath::from("zoom.from"), code.into())),
         };
+        let Written { position, target, roll } = rig.written();
         let mut look = toml_edit::InlineTable::new();
-        let [position, target] = rig.written();
-        look.insert("position", rounded(position).into());
-        look.insert("target", rounded(target).into());
+        look.insert("position", position.into_iter().collect::<toml_edit::Array>().into());
+        look.insert("target", target.into_iter().collect::<toml_edit::Array>().into());
+        if roll != 0.0 {
+            look.insert("roll", roll.into());
+        }
         let mut view = toml_edit::InlineTable::new();
         view.insert("look_at", look.into());
         Some((KeyPath::from("camera.view"), view.into()))
@@ -85,7 +88,7 @@ impl Desk {
                 format!("terrane render {world} --from {code} --size {width}x{height} -o {name}")
             }
             Pose::Land(_) => {
-                let (path, value) = self.camera_keys()?;
+                let (path, value) = self.written_view()?;
                 let value = value.to_string();
                 format!(
                     "terrane render {world} --set {} --size {width}x{height} -o {name}",
@@ -96,7 +99,7 @@ impl Desk {
     }
 
     pub(super) fn write_view(&mut self) {
-        let Some((path, value)) = self.camera_keys() else { return };
+        let Some((path, value)) = self.written_view() else { return };
         if let Some(document) = &mut self.document {
             document.settle();
             document.set(&path, value);

@@ -112,6 +112,8 @@ pub enum News {
     Section(Option<Section>),
     /// A sentence for the user.
     Said(String),
+    /// One for the user to know.
+    Warned(String),
     /// Something failed; the world is as it was.
     Failed(String),
     /// The engine has ended.
@@ -471,7 +473,7 @@ impl Works {
                 *stage = Stand::Empty;
                 studio.timings.clear();
                 studio.passes.clear();
-                if studio.renderer.is_none() && world.zoom.is_none() {
+                if studio.renderer.is_none() || world.zoom.is_some() {
                     let work = Some(("preparing programs for the device".into(), 0, 0));
                     speaker.say(News::Status(Box::new(Status { work, ..Status::default() })));
                 }
@@ -541,7 +543,8 @@ impl Works {
         };
         let work = match &self.stage {
             Stand::Land(land) => land.work(),
-            _ => None,
+            Stand::Zoom(zoom) => zoom.work(),
+            Stand::Empty => None,
         };
         let status = Status { world, work, ..status(&self.studio, (plants, triangles)) };
         self.speaker.say(News::Status(Box::new(status)));

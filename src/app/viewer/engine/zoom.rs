@@ -1,13 +1,13 @@
 //! A zoom on the stage: flown by hand, by the autopilot, or back out.
 
-use super::{Command, Frame, News, Pose, Slice, Speaker, Studio, WorldStatus, land::show};
+use super::{Command, Frame, News, Slice, Speaker, Studio, WorldStatus, land::show};
 use crate::app::Error;
 use crate::scene::Film;
 use crate::world::World;
 use crate::zoom::{
     address::{Attitude, Location},
     height::Surface,
-    motion::{Approach, Autopilot, Depth, Distance, Flight},
+    motion::{Approach, Autopilot, Depth, Distance, Flight, Pose},
     view::{self, View},
 };
 use glam::{DVec3, Vec2};
@@ -72,19 +72,25 @@ impl Zoom {
         let zoom = zoom_of(world)?;
         let surface = zoom.surface(world.seed);
         let mut renderer = renderer(studio, world)?;
-        let mut autopilot = Autopilot::new(surface);
-        let depth = Depth((zoom.depth * 65_536.0) as u64);
-        let pose = autopilot.at(renderer.spine(), depth);
-        let flight = Flight::new(renderer.spine(), pose.place, depth.whole()).map_err(view::Error::from)?;
+        let (place, level, attitude, course, autopilot) = match zoom.from.clone() {
+            Some(Location { place, level, attitude, .. }) => (place, level, attitude, Course::Hand, None),
+            None => {
+                let mut autopilot = Autopilot::new(surface);
+                let depth = Depth((zoom.depth * 65_536.0) as u64);
+                let Pose { place, attitude } = autopilot.at(renderer.spine(), depth);
+                (place, depth.whole(), attitude, Course::In, Some(autopilot))
+            }
+        };
+        let flight = Flight::new(renderer.spine(), place, level).map_err(view::Error::from)?;
         Ok(Zoom {
             world: world.clone(),
             surface,
             renderer,
             flight,
-            attitude: pose.attitude,
+            attitude,
             rest: Vec2::ZERO,
-            course: Course::In,
-            autopilot: Some(autopilot),
+            course,
+            autopilot,
             depth: zoom.depth,
             way_out: None,
             frozen: false,
@@ -106,8 +112,13 @@ impl Zoom {
         if !keeps_tiles {
             (self.renderer, self.frozen) = (renderer(studio, world)?, false);
         }
+        let from = &zoom_of(world)?.from;
+        let is_elsewhere = zoom_of(&self.world)?.from != *from;
         (self.world, self.detail) = (world.clone(), 0);
-        Ok(())
+        match from {
+            Some(location) if is_elsewhere => self.go_to(location.clone()),
+            _ => Ok(()),
+        }
     }
 
     /// Programs have been replaced: what draws is made anew from them.
@@ -152,7 +163,13 @@ impl Zoom {
             }
             Command::Freeze(on) => self.freeze(on)?,
             Command::Restart => *self = Zoom::new(studio, &self.world.clone())?,
-            Command::GoTo(Pose::Zoom(code)) => self.go_to(&code)?,
+            Command::GoTo(super::Pose::Zoom(code)) => {
+                let location = Location::parse(&code).map_err(|error| Error::Usage(error.to_string()))?;
+                if location.surface != self.surface {
+                    return Err(Error::Usage("the location code is one of another surface".into()));
+                }
+                self.go_to(location)?;
+            }
             Command::FrameAll => {
                 self.take_over();
                 self.attitude.roll = 0;
@@ -194,11 +211,8 @@ impl Zoom {
         Ok(())
     }
 
-    fn go_to(&mut self, code: &str) -> Result<(), Error> {
-        let location = Location::parse(code.trim()).map_err(|error| Error::Usage(error.to_string()))?;
-        if location.surface != *self.renderer.spine().surface() {
-            return Err(Error::Usage("the location code is one of another surface".into()));
-        }
+    /// To a place on this surface.
+    fn go_to(&mut self, location: Location) -> Result<(), Error> {
         let flight = Flight::new(self.renderer.spine(), location.place, location.level);
         self.flight = flight.map_err(view::Error::from)?;
         (self.attitude, self.detail) = (location.attitude, 0);
@@ -337,6 +351,11 @@ impl Zoom {
 
     fn view(&self) -> View {
         View::of(&self.location())
+    }
+
+    /// What is being done that takes long, if anything is.
+    pub fn work(&self) -> Option<(String, u64, u64)> {
+        (self.drawn == Drawn::default()).then(|| ("drawing the first picture".into(), 0, 0))
     }
 
     pub fn status(&self) -> WorldStatus {

@@ -262,14 +262,27 @@ pub enum Unsaved {
 
 /// Asks before strokes of the brush are lost.
 pub fn painted(context: &Context) -> Option<Unsaved> {
+    let text = "The world's file is saved, but strokes of the brush are no part of it.";
+    left(context, "Leave what was painted?", text, ["Leave it", "Cancel"])
+}
+
+/// Asks before an export is ended.
+pub fn exporting(context: &Context) -> Option<Unsaved> {
+    let text =
+        "Files are being written. Those that are there are whole; land that was made for them is kept.";
+    left(context, "End the export?", text, ["End it", "Wait"])
+}
+
+/// Asks before something is left that can't be saved.
+fn left(context: &Context, question: &str, text: &str, [leave, stay]: [&str; 2]) -> Option<Unsaved> {
     let mut answer = None;
-    let modal = Modal::new(Id::new("painted")).show(context, |ui| {
+    let modal = Modal::new(Id::new(question)).show(context, |ui| {
         ui.set_width(320.0);
-        ui.heading("Leave what was painted?");
-        ui.add(Label::new("The world's file is saved, but strokes of the brush are no part of it.").wrap());
+        ui.heading(question);
+        ui.add(Label::new(text).wrap());
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            for (name, choice) in [("Leave it", Unsaved::Discard), ("Cancel", Unsaved::Cancel)] {
+            for (name, choice) in [(leave, Unsaved::Discard), (stay, Unsaved::Cancel)] {
                 if ui.button(name).clicked() {
                     answer = Some(choice);
                 }

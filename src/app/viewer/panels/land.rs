@@ -2,12 +2,12 @@
 
 use super::super::engine::{Command, Legend, Map, Overlay, Section, Status, Traced, WorldStatus};
 use super::super::theme;
-use super::rounded;
+use super::{round_marks, rounded};
 use crate::raster::{MATERIALS, Scale, overlay_colour};
 use crate::terrain::{BrushKind, Kind, Progress, Stage};
 use crate::world::World;
 use egui::{Color32, ComboBox, ProgressBar, Rect, RichText, Slider, Ui, pos2, vec2};
-use egui_plot::{Line, Plot, PlotPoints, VLine};
+use egui_plot::{Line, LineStyle, Plot, PlotPoints, Points, VLine};
 
 /// What the user has chosen to look at.
 #[derive(Clone, Copy, Debug, Default)]
@@ -249,11 +249,16 @@ pub fn section(ui: &mut Ui, section: Option<&Section>) {
         .show_x(false)
         .show_axes([false, true])
         .y_axis_min_width(34.0)
+        .show_grid([false, true])
+        .y_grid_spacer(round_marks)
+        .y_axis_formatter(|mark, _| format!("{} m", rounded(mark.value, 0)))
         .show(ui, |plot| {
             plot.line(Line::new("ground", PlotPoints::from(section.points.clone())).color(theme::ACCENT));
             let sea = vec![[first, sea], [last, sea]];
             plot.line(Line::new("sea", PlotPoints::from(sea)).color(Color32::from_rgb(0x56, 0xb4, 0xe9)));
-            plot.vline(VLine::new("here", f64::from(section.at.x)).color(Color32::GRAY));
+            let [east, up] = [section.at.x, section.at.y].map(f64::from);
+            plot.vline(VLine::new("here", east).color(Color32::WHITE).style(LineStyle::dashed_dense()));
+            plot.points(Points::new("here", vec![[east, up]]).radius(3.0).color(Color32::WHITE));
         });
     let [east, up, south] = section.at.to_array();
     let [east, south, up] = [(east, 0), (south, 0), (up, 1)].map(|(metres, digits)| rounded(metres, digits));

@@ -1,6 +1,7 @@
 //! Where the time goes, and the memory.
 
 use super::super::engine::Status;
+use super::round_marks;
 use crate::gpu::Timing;
 use egui::{Color32, Grid, RichText, ScrollArea, Ui};
 use egui_plot::{Line, Plot, Points};
@@ -162,6 +163,8 @@ impl Timings {
             .set_margin_fraction(egui::vec2(0.0, 0.05))
             .show_axes([false, true])
             .y_axis_label("ms")
+            .show_grid([false, true])
+            .y_grid_spacer(round_marks)
             .show(ui, |plot| {
                 for (name, row) in rows() {
                     let points = row.line(now);

@@ -8,7 +8,7 @@ use self::look::{Drawing, Drawn};
 pub use self::overlay::{Legend, Map, Overlay};
 use super::plants::{Gardener, Plants, Selected};
 use super::trace::{Ended, Trace};
-use super::{Command, Means, News, Pose, Slice, Speaker, Studio, Traced, WorldStatus};
+use super::{Command, Means, News, Pose, Slice, Speaker, Status, Studio, Traced, WorldStatus};
 use crate::app::population::{self, Sight};
 use crate::app::viewer::camera::Rig;
 use crate::app::{Error, keep::Keeper, land};
@@ -163,13 +163,9 @@ impl Land {
         self.rig.pinhole(self.world.fov, film.width as f32 / film.height as f32)
     }
 
-    /// The same as a command line has it, to a centimetre: what is traced is the picture that it makes. A roll stays.
+    /// The same as a command line has it: what is traced or saved is the picture that it makes.
     pub fn written_camera(&self, film: &Film) -> Pinhole {
-        if self.rig.roll != 0.0 {
-            return self.camera(film);
-        }
-        let [position, target] = self.rig.written();
-        Pinhole::look_at(position, target, self.world.fov, film.width as f32 / film.height as f32)
+        self.rig.written().pinhole(self.world.fov, film.width as f32 / film.height as f32)
     }
 
     pub fn film(&self, [width, height]: [u32; 2]) -> Film {
@@ -327,7 +323,7 @@ impl Land {
             Command::Picture(path) => {
                 let written = match self.trace.save(&path) {
                     Some(written) => written,
-                    None => self.write_picture(studio, &path),
+                    None => self.write_picture(studio, speaker, &path),
                 };
                 speaker.tell(written);
             }
@@ -337,9 +333,9 @@ impl Land {
     }
 
     /// Writes what is seen, drawn as `terrane render` would, as .exr or .png.
-    fn write_picture(&self, studio: &mut Studio, path: &Path) -> Result<String, Error> {
+    fn write_picture(&self, studio: &mut Studio, speaker: &Speaker, path: &Path) -> Result<String, Error> {
         let film = self.film(studio.size);
-        super::write_picture(path, &self.picture(studio, &film)?, &film)
+        super::write_picture(path, &self.picture(studio, speaker, &film)?, &film)
     }
 
     /// The plant that is seen at a place of the picture.
@@ -528,13 +524,20 @@ impl Land {
         })
     }
 
-    /// As `terrane render` would make it from here.
-    fn picture(&self, studio: &mut Studio, film: &Film) -> Result<Picture, Error> {
-        let eye = self.rig.eye;
-        let view = View::LookAt { position: eye, target: eye + self.rig.forward() * 100.0 };
-        let scene =
-            Scene { camera: scene::Camera { view, fov: self.world.fov }, ..self.live.scene().clone() };
-        Ok(studio.renderer()?.render(&scene, film, Quality::default())?)
+    /// As `terrane render` makes it from here, to the last bit where the same stands on the ground: so it has the same tiles, though each
+    /// is a longer work than those of the window.
+    fn picture(&self, studio: &mut Studio, speaker: &Speaker, film: &Film) -> Result<Picture, Error> {
+        let camera = scene::Camera { view: self.rig.written().view(), fov: self.world.fov };
+        let scene = Scene { camera, ..self.live.scene().clone() };
+        let renderer = studio.renderer()?;
+        let mut drawing = renderer.begin(&scene, film, Quality::default())?;
+        while drawing.step()? {
+            let (done, of) = drawing.progress();
+            let work = Some(("drawing the picture".into(), done as u64, of as u64));
+            let status = super::status(studio, self.counts());
+            speaker.say(News::Status(Box::new(Status { world: self.status(), work, ..status })));
+        }
+        Ok(drawing.into_picture())
     }
 
     pub fn status(&self) -> WorldStatus {

@@ -44,7 +44,7 @@ impl Land {
             let is_planted = self.pictured.as_ref().is_some_and(|(sight, _)| *sight == picture);
             return Some(picture).filter(|_| !is_planted);
         }
-        let [eye, _] = self.rig.written();
+        let eye = self.rig.written().eye();
         Some(Sight::Round(eye)).filter(|round| self.covered != Some(*round))
     }
 
@@ -64,7 +64,7 @@ impl Land {
                 return Err(error);
             }
         };
-        warnings.into_iter().for_each(|warning| speaker.say(News::Said(warning)));
+        warnings.into_iter().for_each(|warning| speaker.say(News::Warned(warning)));
         if matches!(sight, Sight::Picture(_)) {
             self.pictured = Some((sight, plants.population));
             return Ok(());
