@@ -4,6 +4,7 @@ use super::{
     error::{Error, Result, vk_error},
     memory::{Memory, Usage},
     objects::Pools,
+    pipeline,
 };
 use crate::core::hash::hexadecimal;
 use ash::{ext, khr, vk};
@@ -109,6 +110,7 @@ pub(super) struct Shared {
     /// Programs in place of those of the build.
     #[cfg(feature = "reload")]
     pub edited: Mutex<Vec<super::Edited>>,
+    pub programs: Mutex<pipeline::Programs>,
     /// What recorders are done with.
     pub pools: Mutex<Vec<Pools>>,
     queue: Mutex<vk::Queue>,
@@ -587,6 +589,7 @@ fn open(
         pipeline_cache,
         #[cfg(feature = "reload")]
         edited: Mutex::default(),
+        programs: Mutex::default(),
         pools: Mutex::default(),
         queue: Mutex::new(queue),
         memory: Mutex::new(Some(memory)),

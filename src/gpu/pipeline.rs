@@ -1,12 +1,18 @@
 //! Pipelines, typed by what their shaders declare.
 
 use super::{
-    device::Gpu,
+    device::{Gpu, lock},
     error::{Error, Result, vk_error},
 };
 use ash::vk;
 use bytemuck::Pod;
-use std::{any::Any, io::Cursor, marker::PhantomData, sync::Arc};
+use std::{
+    any::Any,
+    collections::HashMap,
+    io::Cursor,
+    marker::PhantomData,
+    sync::{Arc, Weak},
+};
 
 /// What a program promises. Only build.rs implements it, from the SPIR-V: renaming a binding in GLSL, or changing
 /// its type, is then a compile error at every call.
@@ -116,10 +122,27 @@ pub struct Compute<S: ComputeInterface> {
     interface: PhantomData<S>,
 }
 
+/// Compute pipelines that somebody has, by the names and constants of their shaders.
+pub(super) type Programs = HashMap<(&'static str, Vec<(u32, u32)>), Weak<Raw>>;
+
 impl<S: ComputeInterface> Compute<S> {
-    /// Compiles the shader with `constants` for this device.
+    /// Compiles the shader with `constants` for this device, unless somebody has that pipeline already: then it is shared. What begins
+    /// again in place of what is still there, as land does, compiles nothing anew.
     pub fn new(gpu: &Gpu, constants: S::Constants) -> Result<Self> {
-        let parts = Parts::new::<S>(gpu, &constants)?;
+        let key = (S::NAME, constants.entries());
+        let shared = lock(&gpu.shared().programs).get(&key).and_then(Weak::upgrade);
+        if let Some(raw) = shared {
+            return Ok(Compute { raw, interface: PhantomData });
+        }
+        let compiled = Self::compile(gpu, &constants)?;
+        let mut programs = lock(&gpu.shared().programs);
+        programs.retain(|_, raw| raw.strong_count() > 0);
+        programs.insert(key, Arc::downgrade(&compiled.raw));
+        Ok(compiled)
+    }
+
+    fn compile(gpu: &Gpu, constants: &S::Constants) -> Result<Self> {
+        let parts = Parts::new::<S>(gpu, constants)?;
         let stages = parts.stages();
         let info = vk::ComputePipelineCreateInfo::default().stage(stages[0]).layout(parts.raw.layout);
         // SAFETY: module, layout and constants are alive and come from one reflected shader.

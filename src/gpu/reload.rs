@@ -43,6 +43,8 @@ impl Gpu {
         let mut edited = lock(&self.shared().edited);
         edited.retain(|other| (&other.room, &other.stem) != (&program.room, &program.stem));
         edited.push(program);
+        // Those that are in use stay what they are; new ones are new.
+        lock(&self.shared().programs).clear();
     }
 
     /// Whether any program of a room has been replaced.

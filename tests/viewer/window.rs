@@ -287,6 +287,26 @@ fn files_are_opened_and_written() {
 }
 
 #[test]
+fn an_export_is_not_left_without_asking() {
+    let endless = "format = 1\n[terrain]\ncells = 128\n[erosion.hydraulic]\nduration = 1000000\n";
+    let folder = folder_with(&[("endless.toml", endless)]);
+    let desktop = Desktop::new();
+    let mut viewer = desktop.view(folder.path(), &["endless.toml", "--size", "960x540"], &[]);
+    viewer.push("Pause");
+    viewer.key("ctrl+e");
+    viewer.push("Write files");
+    viewer.see("Cancel");
+    viewer.key("ctrl+q");
+    viewer.see("End the export?");
+    viewer.push("Wait");
+    viewer.see_no("End the export?");
+    viewer.key("ctrl+q");
+    viewer.push("End it");
+    good(&viewer.end());
+    assert!(!folder.path().join("endless/height.exr").exists());
+}
+
+#[test]
 fn a_zoom_is_flown_in_and_out() {
     let folder = folder_with(&[("zoom.toml", ZOOM)]);
     let desktop = Desktop::new();
@@ -304,6 +324,7 @@ fn a_zoom_is_flown_in_and_out() {
     // The place is put into the world, which is seen from there.
     viewer.push("Drawing");
     viewer.push("Put this view into the world");
+    viewer.see("zoom.depth: not used");
     viewer.key("ctrl+s");
     viewer.see_no("not saved");
     let saved = text(folder.path(), "zoom.toml");
