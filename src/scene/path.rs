@@ -110,7 +110,12 @@ mod tests {
         let path =
             CameraPath { keys: vec![key(10, 1.0), key(20, 5.0), key(60, 6.0), key(70, 6.0), key(80, 0.0)] };
         for key in &path.keys {
-            assert_eq!(x(&path, key.frame), key.position.x);
+            let View::LookAt { position, target, roll } = path.at(key.frame).unwrap().0.view else {
+                panic!("a camera that looks at something")
+            };
+            assert_eq!((position, target, roll), (key.position, key.target, key.roll));
+            let (camera, focus) = path.at(key.frame).unwrap();
+            assert_eq!((camera.fov, focus), (key.fov, key.focus));
         }
         assert_eq!((x(&path, 0), x(&path, 1000)), (1.0, 0.0));
         assert_eq!(x(&path, 65), 6.0);

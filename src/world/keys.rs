@@ -785,7 +785,7 @@ section! {
     /// A surface with detail at every scale, and a flight down to a spot on it, for ever. Lengths are in cells of its coarsest
     /// lattice; each level has cells half as large.
     struct Zoom {
-        /// How near the spot the picture is, or the first frame: 2 to the power of −depth cells.
+        /// How near the spot the picture is, or the first frame: 2 to the power of −depth cells. Without `from`.
         depth: f64 = exact(number(0.0, NONE, 0.0..=1e6)),
         /// Where the picture is seen from, in place of `depth`: the location code of a place on this surface, as the viewer and
         /// `terrane render --json` tell it. The field of view is `camera.fov`. Frames are those of the way out, straight up from there.

@@ -42,10 +42,8 @@ impl Check<'_> {
                 "is a place on another surface",
                 "`seed`, `zoom.refinement` and `zoom.roughness` say which surface this is",
             )
-            .help("take the code of a place on this one; `terrane render --from` shows that of any");
+            .help("take the code of a place on this one, or `from = \"none\"`; `terrane render --from` shows any place");
             self.refuse(&[key, "zoom".into()], complaint);
-        } else if zoom.depth != 0.0 {
-            self.warn("zoom.depth: not used, since `zoom.from` says where the picture is seen from".into());
         }
     }
 }

@@ -227,6 +227,19 @@ impl Renderer {
         Ok(())
     }
 
+    /// From now on the background is made from faces of so many texels along an edge, see [`background::side`]. It is made anew.
+    ///
+    /// # Errors
+    /// What the device has no room for.
+    pub fn refine(&mut self, face: u32) -> gpu::Result<()> {
+        let Settings { bits, detail, layers, slots, .. } = self.settings;
+        let most = (detail, bits, slots as usize);
+        let surface = *self.spine.surface();
+        self.background = Background::new(&self.gpu, surface, most, layers.unwrap_or(0), face)?;
+        self.settings.face = face;
+        Ok(())
+    }
+
     /// What pictures show beside the surface from now on.
     ///
     /// # Errors

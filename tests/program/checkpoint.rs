@@ -6,6 +6,7 @@ use crate::kit::forest::Random;
 use crate::kit::program::{code, command, json, stderr, terrane};
 use crate::kit::stage::{ball, empty, grey, with};
 use glam::Vec3;
+use std::f32::consts::FRAC_PI_2;
 use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -521,6 +522,17 @@ fn frames_take_no_memory() {
         .output()
         .unwrap();
     assert_eq!(code(&output), 4, "{}", stderr(&output));
+}
+
+#[test]
+fn keyframes_say_the_rest_once() {
+    let keys = "{ frame = 1, position = [0, 300, 2500], target = [0, 200, 0] }, { frame = 3, roll = 90, fov = 20 }, { frame = 9, focus = 7 }";
+    let text = format!("format = 1\n[camera]\nkeyframes = [{keys}]\n");
+    let world = world::parse("a.toml", text.as_bytes(), Path::new("."), &Overrides::default()).unwrap();
+    let [first, second, third] = world.camera_path.keys[..] else { panic!("three keyframes") };
+    assert_eq!((first.roll, second.roll, third.roll), (0.0, FRAC_PI_2, FRAC_PI_2));
+    assert_eq!((third.position, third.target, third.fov), (first.position, first.target, second.fov));
+    assert_eq!((second.focus, third.focus), (first.focus, 7.0));
 }
 
 #[test]

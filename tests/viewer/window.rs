@@ -324,7 +324,6 @@ fn a_zoom_is_flown_in_and_out() {
     // The place is put into the world, which is seen from there.
     viewer.push("Drawing");
     viewer.push("Put this view into the world");
-    viewer.see("zoom.depth: not used");
     viewer.key("ctrl+s");
     viewer.see_no("not saved");
     let saved = text(folder.path(), "zoom.toml");
@@ -514,25 +513,36 @@ fn a_monkey_breaks_no_forest_and_no_zoom() {
 #[test]
 #[ignore = "minutes: make test-long"]
 fn a_monkey_breaks_nothing_for_long_and_takes_no_more_memory() {
-    // The same over and over, each time from the same state: what that needs is there for good once it has been needed, and a monkey that
-    // does something new needs something new.
     const ROUNDS: usize = 8;
+    // Everything once: programs that are compiled for it are there for good.
+    const ONCE: &str = "resize 960 640\nwait quiet 400\n\
+        push Path tracing\npush Trace paths\nwait 60\npush Stop\nwait quiet 400\npush Path tracing\n\
+        push Layers\npush none\npush slope\nwait quiet 400\npush Layers\n\
+        push Brush\npush Raise\ndrag 500 300 560 300\nwait quiet 400\npush Brush\n\
+        push Section\nmove 520 320\nwait quiet 400\npush Section\n\
+        key ctrl+E\nwait 5\nkey Escape\nkey F2\nwait 5\nkey Escape\n";
+    // Then the same over and over, and after each time the world as it was at first, of which the same must be in memory.
+    let again = "resize 320 180\nopen island.toml\nwait 3\nwait quiet 400\n";
     let held = ["W", "A", "S", "D", "Space", "C", "Q", "E"].map(|key| format!("release {key}\n")).concat();
-    let undone = "key Escape\n".repeat(3) + &"key ctrl+Z\n".repeat(60);
-    let again = "resize 320 180\nkey Home\nkey Backspace\nwait quiet 400\n";
-    let round = monkey(2, 1000) + &held + &undone + again;
+    let round = monkey(2, 1000) + &held + &"key Escape\n".repeat(3) + again;
     let rounds: String = (0..ROUNDS).map(|index| format!("{round}screenshot {index}.png\n")).collect();
-    let folder = folder_with(&[("island.toml", ISLAND), ("monkey.txt", &(rounds + "wait 5\nquit\n"))]);
+    let script = format!("{ONCE}{again}{rounds}quit\n");
+    let folder = folder_with(&[("island.toml", ISLAND), ("monkey.txt", &script)]);
     let folder = folder.path();
     let desktop = Desktop::new();
+    // The C library keeps what is freed, for each thread by itself, or gives it back, as it is told here: what is resident is then what
+    // is held (mallopt(3)). Drivers and layers allocate by it, too.
+    let gives_back =
+        [("MALLOC_ARENA_MAX", "1"), ("MALLOC_MMAP_THRESHOLD_", "65536"), ("MALLOC_TRIM_THRESHOLD_", "65536")];
     let arguments = ["island.toml", "--size", "320x180", "--script", "monkey.txt"];
-    let mut viewer = desktop.view(folder, &arguments, &[]);
+    let mut viewer = desktop.view(folder, &arguments, &gives_back);
     let memory: [_; ROUNDS] = std::array::from_fn(|index| {
         let name = format!("{index}.png");
         viewer.wait(&name, |viewer| folder.join(&name).exists().then(|| viewer.resident()))
     });
     good(&viewer.end());
     println!("KiB after each round: {memory:?}");
-    let (early, late) = (memory[ROUNDS / 2 - 1], memory[ROUNDS - 1]);
-    assert!(late as f64 <= 1.01 * early as f64, "{early} KiB, then {late} KiB: {memory:?}");
+    let [early, late] = [&memory[..ROUNDS / 2], &memory[ROUNDS / 2..]].map(|half| half.iter().max().copied());
+    let (early, late) = (early.unwrap_or_default(), late.unwrap_or_default());
+    assert!(late as f64 <= 1.01 * early as f64, "at most {early} KiB, then {late} KiB: {memory:?}");
 }

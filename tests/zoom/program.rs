@@ -101,8 +101,7 @@ fn a_code_says_what_is_seen() {
     assert_eq!((hashes(&out), &out[0]["sha256"]), (hashes(&coded), &flown[1]["sha256"]));
     let wide = picture(path, &[&written[..], &["--set", "camera.fov=100", "-o", "z.png"]].concat());
     assert_ne!(wide["sha256"], flown[1]["sha256"]);
-    let warned = [&["render", TINY, "-o", "z.png", "--set", "zoom.depth=3"], &written[..]].concat();
-    told(&terrane(path, &warned), 0, "zoom.depth: not used");
+
     // Codes of this length come in files, in lines.
     let deep = picture(path, &["--set", "zoom.depth=10000", "-o", "deep.png"]);
     assert!(deep["level"].as_u64().unwrap() >= 9_999 && code(&deep).len() > 5000);
@@ -348,6 +347,8 @@ fn what_a_zoom_can_not_is_refused() {
     let world = terrane::world::load(Path::new(TINY), &Overrides::default()).unwrap();
     let own = world.zoom.as_ref().unwrap().surface(world.seed);
     told(&set(&at(own, -4)), 3, "zoom.from: ");
+    told(&run("check", &["--set", &format!("zoom.from={:?}", at(own, -4))]), 3, "zoom.from: ");
+    good(&run("check", &["--set", &format!("zoom.from={:?}", at(own, 4))]));
     told(&render(&["--from", &above, "--seed", "3"]), 2, "--seed");
     told(&render(&["--from", &above, "--set", "zoom.depth=3"]), 2, "--set zoom.depth");
     told(&render(&["--from", &above, "--set", "zoom = { depth = 3 }"]), 2, "--set zoom");

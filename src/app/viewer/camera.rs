@@ -39,7 +39,7 @@ pub struct Rig {
 pub struct Written {
     /// Metres.
     pub position: [f64; 3],
-    /// 100 m ahead.
+    /// 100 m ahead, or more.
     pub target: [f64; 3],
     /// Degrees.
     pub roll: f64,
@@ -107,7 +107,9 @@ impl Rig {
     /// What files and command lines have of it.
     pub fn written(&self) -> Written {
         let rounded = |number: f64| (number * 100.0).round() / 100.0;
-        let [position, target] = [self.eye, self.eye + self.forward() * 100.0]
+        // A look that is steep is aimed farther, or rounding would turn it round.
+        let range = 100.0 / self.elevation.cos().max(0.01);
+        let [position, target] = [self.eye, self.eye + self.forward() * range]
             .map(|at| at.to_array().map(|part| rounded(part.into())));
         Written { position, target, roll: rounded(f64::from(self.roll).to_degrees()) }
     }
@@ -196,6 +198,13 @@ mod tests {
         assert!((again.forward() - rig.forward()).length() < 2e-4 && (again.roll - rig.roll).abs() < 2e-4);
         assert!(rig.eye.distance(camera.eye) < 0.01);
         assert!((camera.up - rig.pinhole(1.0, 1.5).up).length() < 2e-4);
+        // As steeply as can be.
+        for elevation in [-FRAC_PI_2, -1.3, FRAC_PI_2] {
+            let mut rig = Rig { elevation: 0.0, ..rig };
+            rig.turn(Vec2::new(0.0, elevation));
+            let (camera, exact) = (rig.written().pinhole(1.0, 1.5), rig.pinhole(1.0, 1.5));
+            assert!((camera.right - exact.right).length() < 1e-3, "{elevation}: {camera:?}, {exact:?}");
+        }
     }
 
     #[test]

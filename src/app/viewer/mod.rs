@@ -81,6 +81,11 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments, session: &mut Session) -> Result<(), Error> {
     interrupt::listen();
     let script = arguments.script.as_deref().map(script::Script::read).transpose()?;
+    if let Some(folder) = state::folder()
+        && let Err(error) = shipped::refresh(&folder)
+    {
+        session.warn(error.to_string());
+    }
     let document = match &arguments.world {
         Some(path) => {
             session.report.world = Some(path.to_string_lossy().into_owned());

@@ -110,6 +110,7 @@ fn parse_line(line: &str) -> Result<Vec<Act>, String> {
         ("screenshot", [_, ..]) => vec![Act::Wish(Wish::Screenshot(PathBuf::from(rest)))],
         ("resize", [width, height]) => vec![Act::Wish(Wish::Resize([number(width)?, number(height)?]))],
         ("fullscreen", []) => vec![Act::Wish(Wish::FullScreen)],
+        ("open", [_, ..]) => vec![Act::Wish(Wish::Open(PathBuf::from(rest)))],
         ("quit", []) => vec![Act::Wish(Wish::Close)],
         _ => return Err(format!("`{line}` is no act")),
     };

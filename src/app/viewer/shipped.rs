@@ -65,6 +65,15 @@ pub fn unpack(world: &World, folder: &Path) -> Result<PathBuf, formats::Error> {
     Ok(folder.join("worlds").join(world.path))
 }
 
+/// The same for worlds that were unpacked before, by whatever version.
+///
+/// # Errors
+/// As [`unpack`].
+pub fn refresh(folder: &Path) -> Result<(), formats::Error> {
+    let folder = folder.join("worlds");
+    if folder.join(WRITTEN).exists() { unpack_files(FILES, &folder) } else { Ok(()) }
+}
+
 fn unpack_files(files: &[(&str, &[u8])], folder: &Path) -> Result<(), formats::Error> {
     let hash = |bytes: &[u8]| hexadecimal(&Sha256::digest(bytes));
     // Without it, what is there is taken for the user's.
@@ -73,7 +82,12 @@ fn unpack_files(files: &[(&str, &[u8])], folder: &Path) -> Result<(), formats::E
     let mut written = BTreeMap::new();
     for (name, bytes) in files {
         let path = folder.join(name);
-        let there = std::fs::read(&path).ok().map(|there| hash(&there));
+        let there = match std::fs::read(&path) {
+            Ok(there) => Some(hash(&there)),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
+            // It is somebody's.
+            Err(_) => continue,
+        };
         let is_ours = there.is_none() || there.as_ref() == before.get(*name);
         let new = hash(bytes);
         if is_ours && there.as_ref() != Some(&new) {

@@ -442,6 +442,7 @@ impl Open {
                 }
                 Wish::Title(title) => self.window.set_title(&title),
                 Wish::Screenshot(path) => self.write(&path, session)?,
+                Wish::Open(path) => self.desk.open(&path),
                 Wish::Resize([width, height]) => {
                     let _ = self.window.request_inner_size(LogicalSize::new(width, height));
                 }

@@ -7,7 +7,7 @@ use crate::app::report::Details;
 use crate::app::{Error, Session, land};
 use crate::core::memory::total;
 use crate::world::{Renderer, World, Zoom};
-use crate::zoom::address::Location;
+use crate::zoom::{address::Location, height::Spine, motion::Flight};
 use serde_json::json;
 
 /// Tells what it takes, and refuses what does not fit.
@@ -19,7 +19,9 @@ pub fn check(arguments: &Arguments, world: &World, zoom: &Zoom, session: &mut Se
     }
     let possible = match world.renderer {
         Renderer::Trace => Err(Error::Missing("render.renderer = \"trace\": a zoom is rasterised".into())),
-        Renderer::Raster => check_picture(film).and_then(|()| check_zoom(&settings, film, sky, &limits)),
+        Renderer::Raster => check_picture(film)
+            .and_then(|()| check_zoom(&settings, film, sky, &limits))
+            .and_then(|()| check_place(world, zoom)),
     };
     let parts = of_zoom(&settings, film, sky);
     let memory: Vec<_> = parts.iter().map(|part| json!({ "name": part.name, "bytes": part.bytes })).collect();
@@ -40,8 +42,8 @@ pub fn check(arguments: &Arguments, world: &World, zoom: &Zoom, session: &mut Se
     })));
     if !arguments.output.quiet && !arguments.output.json {
         let start = match &zoom.from {
-            Some(location) => format!("a place as near as level {} and up", location.level),
-            None => format!("depth {} and down", zoom.depth),
+            Some(location) => format!("a place at level {} upwards", location.level),
+            None => format!("depth {} downwards", zoom.depth),
         };
         let text = format!(
             "{}, seed {}\n\
@@ -62,4 +64,12 @@ pub fn check(arguments: &Arguments, world: &World, zoom: &Zoom, session: &mut Se
         print(text.as_bytes())?;
     }
     possible
+}
+
+/// Refuses a place below the surface.
+fn check_place(world: &World, zoom: &Zoom) -> Result<(), Error> {
+    let Some(location) = &zoom.from else { return Ok(()) };
+    let mut spine = Spine::new(zoom.surface(world.seed));
+    let flight = Flight::new(&mut spine, location.place.clone(), location.level);
+    flight.map(drop).map_err(|error| Error::Missing(format!("zoom.from: {error}")))
 }

@@ -76,7 +76,9 @@ impl Desk {
         }
     }
 
-    fn open(&mut self, path: &Path) {
+    /// Opens a world, and asks nothing.
+    pub fn open(&mut self, path: &Path) {
+        self.next = None;
         match Document::open(path, &Overrides::default()) {
             Ok(document) => self.take(document),
             Err(error) => self.fail(error.to_string()),
@@ -430,7 +432,11 @@ impl Desk {
                 self.say(format!("exported; {said}"));
             }
             Ended::Cancelled(said) => self.say(format!("the export was {said}")),
-            Ended::Failed(said) => self.fail(said),
+            Ended::Failed(said) => {
+                // Who was about to leave should see it.
+                self.next = self.next.take().filter(|next| !matches!(next, Next::Close));
+                self.fail(said);
+            }
         }
     }
 }

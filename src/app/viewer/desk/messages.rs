@@ -48,6 +48,11 @@ impl Messages {
         self.shown.retain(|message| message.tone != Tone::Failed || !is_mended(&message.sentence));
     }
 
+    /// Takes warnings away of what is no more.
+    pub fn forget_warnings(&mut self, is_over: impl Fn(&str) -> bool) {
+        self.shown.retain(|message| message.tone != Tone::Warned || !is_over(&message.sentence));
+    }
+
     /// Whether one tells that something failed.
     pub fn tell_failure(&self) -> bool {
         self.shown.iter().any(|message| message.tone == Tone::Failed)

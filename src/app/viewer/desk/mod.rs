@@ -43,6 +43,8 @@ pub enum Wish {
     Title(String),
     /// The window as a PNG.
     Screenshot(PathBuf),
+    /// Another world in place of this one, whatever was changed.
+    Open(PathBuf),
     /// Points.
     Resize([f32; 2]),
     Pace(Pacing),
@@ -348,6 +350,10 @@ impl Desk {
             self.engine.send(Command::Edit(world.clone()));
             let before = self.shown.replace(world.clone());
             let known = before.as_ref().map_or(&[][..], |world| &world.warnings);
+            self.messages.forget_warnings(|warning| {
+                let is_in = |warnings: &[String]| warnings.iter().any(|other| other == warning);
+                is_in(known) && !is_in(&world.warnings)
+            });
             let new = world.warnings.iter().filter(|warning| !known.contains(warning));
             new.for_each(|warning| self.messages.push(warning.clone(), Tone::Warned));
             // Panels that were drawn before the change show what was.
@@ -491,6 +497,8 @@ impl Desk {
             match (&self.status.work, &self.status.world) {
                 (Some((what, done, of)), _) if *of > 0 => drop(ui.label(format!("{what}: {done} of {of} …"))),
                 (Some((what, ..)), _) => drop(ui.label(format!("{what} …"))),
+                // What failed says so over the picture.
+                (None, WorldStatus::None) if self.engine.is_idle() => {}
                 (None, WorldStatus::None) => drop(ui.label("opening …")),
                 (None, WorldStatus::Land { rig, .. }) => {
                     let [east, up, south] = rig.eye.to_array().map(|metres| rounded(metres, 0));
@@ -604,8 +612,9 @@ impl Desk {
         painter.rect_filled(rect, 0.0, Color32::from_gray(12));
         if self.frame.is_some() {
             let whole = Rect::from_min_max(egui::pos2(0.0, 0.0), egui::pos2(1.0, 1.0));
-            painter.image(WORLD, self.place_of_picture(rect, pixels_per_point), whole, Color32::WHITE);
-            self.mark(&painter, rect);
+            let place = self.place_of_picture(rect, pixels_per_point);
+            painter.image(WORLD, place, whole, Color32::WHITE);
+            self.mark(&painter, place);
         } else {
             let failed = self.messages.tell_failure() && self.engine.is_idle();
             let text = if failed {

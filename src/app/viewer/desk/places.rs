@@ -90,8 +90,10 @@ impl Desk {
             Pose::Land(_) => {
                 let (path, value) = self.written_view()?;
                 let value = value.to_string();
+                let is_traced = matches!(self.status.world, WorldStatus::Land { tracing: true, .. });
+                let renderer = if is_traced { "trace" } else { "raster" };
                 format!(
-                    "terrane render {world} --set {} --size {width}x{height} -o {name}",
+                    "terrane render {world} --set {} --renderer {renderer} --size {width}x{height} -o {name}",
                     quoted(&format!("{path}={}", value.trim()))
                 )
             }

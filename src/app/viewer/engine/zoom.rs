@@ -12,6 +12,7 @@ use crate::zoom::{
 };
 use glam::{DVec3, Vec2};
 use std::f32::consts::TAU;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -72,16 +73,21 @@ impl Zoom {
         let zoom = zoom_of(world)?;
         let surface = zoom.surface(world.seed);
         let mut renderer = renderer(studio, world)?;
-        let (place, level, attitude, course, autopilot) = match zoom.from.clone() {
-            Some(Location { place, level, attitude, .. }) => (place, level, attitude, Course::Hand, None),
+        let (flight, attitude, course, autopilot) = match zoom.from.clone() {
+            Some(Location { place, level, attitude, .. }) => {
+                let flight = Flight::new(renderer.spine(), place, level)
+                    .map_err(|error| Error::Missing(format!("zoom.from: {error}")))?;
+                (flight, attitude, Course::Hand, None)
+            }
             None => {
                 let mut autopilot = Autopilot::new(surface);
                 let depth = Depth((zoom.depth * 65_536.0) as u64);
                 let Pose { place, attitude } = autopilot.at(renderer.spine(), depth);
-                (place, depth.whole(), attitude, Course::In, Some(autopilot))
+                let flight =
+                    Flight::new(renderer.spine(), place, depth.whole()).map_err(view::Error::from)?;
+                (flight, attitude, Course::In, Some(autopilot))
             }
         };
-        let flight = Flight::new(renderer.spine(), place, level).map_err(view::Error::from)?;
         Ok(Zoom {
             world: world.clone(),
             surface,
@@ -116,7 +122,8 @@ impl Zoom {
         let is_elsewhere = zoom_of(&self.world)?.from != *from;
         (self.world, self.detail) = (world.clone(), 0);
         match from {
-            Some(location) if is_elsewhere => self.go_to(location.clone()),
+            // Who flies goes on.
+            Some(location) if is_elsewhere && self.course == Course::Hand => self.go_to(location.clone()),
             _ => Ok(()),
         }
     }
@@ -129,8 +136,14 @@ impl Zoom {
     }
 
     pub fn resize(&mut self, studio: &mut Studio) -> Result<(), Error> {
-        if !studio.size.contains(&0) {
-            self.detail = 0;
+        if studio.size.contains(&0) {
+            return Ok(());
+        }
+        self.detail = 0;
+        // It is dear: not for each step of a border that is dragged.
+        let face = settings(&self.world, studio.size)?.face;
+        if face > self.renderer.settings().face * 5 / 4 {
+            self.renderer.refine(face)?;
         }
         Ok(())
     }
@@ -175,15 +188,21 @@ impl Zoom {
                 self.attitude.roll = 0;
                 self.detail = 0;
             }
-            Command::Picture(path) => {
-                let film = film(&self.world, studio.size, 1.0);
-                self.renderer.reshape(&film, 2)?;
-                let shot = self.renderer.render(&self.view())?;
-                speaker.say(News::Said(super::write_picture(&path, &shot.picture, &film)?));
-            }
+            Command::Picture(path) => speaker.tell(self.write_picture(studio, &path)),
             _ => {}
         }
         Ok(())
+    }
+
+    /// Writes what is seen as `terrane render` makes it: without marks, and with a background as fine as the picture.
+    fn write_picture(&self, studio: &Studio, path: &Path) -> Result<String, Error> {
+        let film = film(&self.world, studio.size, 1.0);
+        let view = self.view();
+        let settings = zoom_of(&self.world)?.settings(&film, view.fov);
+        let mut renderer =
+            view::Renderer::new(&studio.gpu, self.surface, settings, &self.world.light, &film)?;
+        renderer.share_the_device();
+        super::write_picture(path, &renderer.render(&view)?.picture, &film)
     }
 
     /// The hand is at the wheel from now on.

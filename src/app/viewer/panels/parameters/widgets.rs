@@ -93,14 +93,19 @@ impl Panel<'_> {
         self.edits.push(Edit::Set(path.clone(), value));
     }
 
-    /// A value or a word: for a file that is an empty field, for others a button beside the value.
+    /// A value or a word: for a file or a text that is an empty field, for others a button beside the value.
     fn or_word(&mut self, ui: &mut Ui, inner: &Shape, [word, about]: [&str; 2], item: &Item, entry: &Entry) {
         let is_word = item.as_str() == Some(word);
-        if let Shape::File = inner {
-            let name = item.as_str().filter(|_| !is_word).unwrap_or_default();
-            if let Some(file) = self.file(ui, &entry.path, name, word) {
-                let file = if file.is_empty() { word } else { &file };
-                self.set(&entry.path, file.into());
+        let text = item.as_str().filter(|_| !is_word).unwrap_or_default();
+        let typed = match inner {
+            Shape::File => Some(self.file(ui, &entry.path, text, word)),
+            Shape::Text(_) => Some(text_field(ui, &entry.path, text, word, false)),
+            _ => None,
+        };
+        if let Some(typed) = typed {
+            if let Some(typed) = typed {
+                let typed = if typed.is_empty() { word } else { &typed };
+                self.set(&entry.path, typed.into());
             }
             return;
         }
