@@ -329,6 +329,15 @@ fn a_zoom_is_flown_in_and_out() {
     let saved = text(folder.path(), "zoom.toml");
     assert!(saved.contains("\nfrom = \"") && saved.contains("tile = 4"), "{saved}");
     good(&terrane(folder.path(), &["check", "zoom.toml"]));
+    // From there, whatever is marked in the window, the picture that is saved is the one that the file makes.
+    viewer.key("F12");
+    viewer.push("📥  Save");
+    viewer.see("wrote ");
+    let picture = folder.path().join("zoom.png");
+    let saved = pixels(&picture);
+    let size = format!("{}x{}", saved.width(), saved.height());
+    good(&terrane(folder.path(), &["render", "zoom.toml", "--size", &size, "-o", "zoom.png"]));
+    assert!(saved == pixels(&picture), "they differ");
     viewer.key("ctrl+q");
     good(&viewer.end());
 }
@@ -514,9 +523,10 @@ fn a_monkey_breaks_no_forest_and_no_zoom() {
 #[ignore = "minutes: make test-long"]
 fn a_monkey_breaks_nothing_for_long_and_takes_no_more_memory() {
     const ROUNDS: usize = 8;
-    // Everything once: programs that are compiled for it are there for good.
+    // Everything once, to its end: programs that are compiled for it are there for good.
+    let island = ISLAND.replace("4096", "4");
     const ONCE: &str = "resize 960 640\nwait quiet 400\n\
-        push Path tracing\npush Trace paths\nwait 60\npush Stop\nwait quiet 400\npush Path tracing\n\
+        push Path tracing\npush Trace paths\nwait quiet 2000\npush Stop\nwait quiet 400\npush Path tracing\n\
         push Layers\npush none\npush slope\nwait quiet 400\npush Layers\n\
         push Brush\npush Raise\ndrag 500 300 560 300\nwait quiet 400\npush Brush\n\
         push Section\nmove 520 320\nwait quiet 400\npush Section\n\
@@ -527,7 +537,7 @@ fn a_monkey_breaks_nothing_for_long_and_takes_no_more_memory() {
     let round = monkey(2, 1000) + &held + &"key Escape\n".repeat(3) + again;
     let rounds: String = (0..ROUNDS).map(|index| format!("{round}screenshot {index}.png\n")).collect();
     let script = format!("{ONCE}{again}{rounds}quit\n");
-    let folder = folder_with(&[("island.toml", ISLAND), ("monkey.txt", &script)]);
+    let folder = folder_with(&[("island.toml", &island), ("monkey.txt", &script)]);
     let folder = folder.path();
     let desktop = Desktop::new();
     // The C library keeps what is freed, for each thread by itself, or gives it back, as it is told here: what is resident is then what
