@@ -47,7 +47,7 @@ impl Desk {
         (self.frame, self.status, self.look, self.on_disk) = Default::default();
         self.timings.clear();
         // What is shown or asked about the world before goes with it.
-        (self.form, self.section, self.pointed, self.brush) = Default::default();
+        (self.form, self.section, self.pointed, self.brush, self.painted) = Default::default();
         self.exposure = picture::Exposure::of(&world);
         world.warnings.iter().for_each(|warning| self.warn(warning.clone()));
         self.shown = Some(world);
@@ -123,17 +123,14 @@ impl Desk {
         match &self.document {
             _ if leaves_export => Some(Question::Export),
             Some(document) if document.is_dirty() => Some(Question::Unsaved),
-            _ if self.strokes() > 0 => Some(Question::Strokes),
+            _ if self.has_strokes() => Some(Question::Strokes),
             _ => None,
         }
     }
 
-    /// Strokes of the brush on the land: no world file has them.
-    fn strokes(&self) -> usize {
-        match &self.status.world {
-            WorldStatus::Land { strokes, .. } => *strokes,
-            _ => 0,
-        }
+    /// Whether there are strokes of the brush on the land: no world file has them.
+    fn has_strokes(&self) -> bool {
+        self.painted || matches!(self.status.world, WorldStatus::Land { strokes: 1.., .. })
     }
 
     /// Closes, or asks first what becomes of changes.

@@ -87,6 +87,8 @@ pub struct Desk {
     look: land::Look,
     exposure: picture::Exposure,
     brush: land::Brush,
+    /// The engine may not have told yet of a stroke.
+    painted: bool,
     section: Option<Section>,
     /// Whether the section is seen.
     cutting: bool,
@@ -163,6 +165,7 @@ impl Desk {
             look: Default::default(),
             exposure: Default::default(),
             brush: Default::default(),
+            painted: false,
             section: None,
             cutting: false,
             pointed: None,
@@ -255,6 +258,7 @@ impl Desk {
                 News::Status(status) => {
                     self.timings.note(&status);
                     self.status = *status;
+                    self.painted &= !self.engine.has_heard();
                 }
                 News::Section(section) => self.section = section.or(self.section.take()),
                 News::Said(sentence) => self.say(sentence),
@@ -711,6 +715,7 @@ impl Desk {
             return response.dragged_by(PointerButton::Primary);
         }
         if begins {
+            self.painted = true;
             self.engine.send(Command::Stroke);
         }
         if let (Some(at), true) = (place, begins || self.engine.is_listening()) {

@@ -283,6 +283,11 @@ impl Engine {
         self.load.pending.load(Ordering::SeqCst) == 0 && !self.load.busy.load(Ordering::SeqCst)
     }
 
+    /// Whether it has obeyed all that it was told.
+    pub fn has_heard(&self) -> bool {
+        self.load.pending.load(Ordering::SeqCst) == 0
+    }
+
     /// Whether it keeps up with what it is told.
     pub fn is_listening(&self) -> bool {
         self.load.pending.load(Ordering::SeqCst) < 4

@@ -228,7 +228,11 @@ pub fn brush(ui: &mut Ui, world: &World, status: &Status, brush: &mut Brush) -> 
             .weak()
             .small(),
     );
-    let button = ui.add_enabled(*strokes > 0, egui::Button::new("Take the last stroke back"));
+    let name = match strokes {
+        0 => "Take the last stroke back".into(),
+        many => format!("Take the last stroke back ({many})"),
+    };
+    let button = ui.add_enabled(*strokes > 0, egui::Button::new(name));
     button.clicked().then_some(Command::TakeStrokeBack)
 }
 
