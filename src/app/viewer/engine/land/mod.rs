@@ -39,6 +39,9 @@ pub struct Section {
 /// Points of a [`Section`].
 const SECTION: usize = 300;
 
+/// The eye moves as long after it has been moved: land that changes leaves the device to pictures.
+const LOOK: Duration = Duration::from_millis(300);
+
 /// Device memory that strokes of the brush may take, to be taken back.
 const STROKES: u64 = 256 << 20;
 
@@ -458,8 +461,9 @@ impl Land {
             self.move_rig(|rig, ground| rig.steer(&steering, seconds, ground));
         }
         let runs = self.playing && !self.simulation.progress().finished;
-        // Pictures are for those who watch: one is finished before the land goes on, if that has its own pace.
-        let waits = self.per_picture > 0 && (self.drawing.is_some() || self.changed);
+        // Pictures are for those who watch: one is finished before the land goes on, if that has its own pace, or while the eye moves.
+        let looks = self.moved.elapsed() < LOOK && self.drawing.is_some();
+        let waits = looks || self.per_picture > 0 && (self.drawing.is_some() || self.changed);
         if runs && !waits {
             self.simulate(studio, self.per_picture)?;
         }
