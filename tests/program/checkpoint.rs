@@ -526,7 +526,7 @@ fn frames_take_no_memory() {
 
 #[test]
 fn keyframes_say_the_rest_once() {
-    let keys = "{ frame = 1, position = [0, 300, 2500], target = [0, 200, 0] }, { frame = 3, roll = 90, fov = 20 }, { frame = 9, focus = 7 }";
+    let keys = "{ frame = 1, position = [0, 1300, 2500], target = [0, 200, 0] }, { frame = 3, roll = 90, fov = 20 }, { frame = 9, focus = 7 }";
     let text = format!("format = 1\n[camera]\nkeyframes = [{keys}]\n");
     let world = world::parse("a.toml", text.as_bytes(), Path::new("."), &Overrides::default()).unwrap();
     let [first, second, third] = world.camera_path.keys[..] else { panic!("three keyframes") };
