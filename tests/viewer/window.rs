@@ -109,8 +109,11 @@ fn an_island_is_watched_changed_and_left() {
     viewer.see_no("Simulation");
     viewer.key("F1");
     viewer.see("Simulation");
+    // Each is waited for: a window that is still on its way to the one is lost by the other.
     viewer.key("F11");
+    viewer.wait("a full screen", |viewer| (viewer.origin() == [0, 0]).then_some(()));
     viewer.key("F11");
+    viewer.wait("a window", |viewer| (viewer.origin() != [0, 0]).then_some(()));
 
     viewer.key("ctrl+e");
     viewer.push("Write files");
@@ -233,6 +236,8 @@ fn places_are_gone_back_to_and_land_is_painted() {
     viewer.key("ctrl+a");
     viewer.key("BackSpace");
     viewer.key("Escape");
+    // In one frame with it, it would end the dialog that is opened.
+    std::thread::sleep(Duration::from_millis(500));
     viewer.key("F12");
     viewer.push("📥  Save");
     viewer.see("wrote ");
