@@ -102,9 +102,14 @@ fn an_island_is_watched_changed_and_left() {
         viewer.resize([640 + 7 * (step % 50), 360 + 5 * (step % 40)]);
     }
     viewer.resize([960, 540]);
+    std::thread::sleep(Duration::from_millis(500));
+    let place = viewer.origin();
     viewer.minimise();
     std::thread::sleep(Duration::from_millis(300));
     viewer.restore();
+    // The window manager has it somewhere else on the way, and a full screen would come back to there.
+    viewer.wait("its place", |viewer| (viewer.origin() == place).then_some(()));
+    std::thread::sleep(Duration::from_millis(500));
     viewer.key("F1");
     viewer.see_no("Simulation");
     viewer.key("F1");
