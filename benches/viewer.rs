@@ -53,6 +53,23 @@ fn open<'a>(desktop: &'a Desktop, folder: &Path, cells: u32) -> Viewer<'a> {
     desktop.start(folder, command)
 }
 
+/// From each of two acts, which take turns, to when the screen shows what it does, milliseconds. Both are asked whether it is the first of them.
+fn waits(act: impl Fn(bool), is_seen: impl Fn(bool) -> bool) -> Vec<f64> {
+    let wait = |press: usize| {
+        let first = press.is_multiple_of(2);
+        let begun = Instant::now();
+        act(first);
+        while !is_seen(first) {
+            assert!(begun.elapsed() < Duration::from_secs(10), "nothing else is seen");
+            sleep(Duration::from_millis(1));
+        }
+        let wait = 1e3 * begun.elapsed().as_secs_f64();
+        sleep(Duration::from_millis(200 + 37 * (press as u64 % 7)));
+        wait
+    };
+    (0..PRESSES).map(wait).collect()
+}
+
 /// From pressing a key to when the screen shows what it does, milliseconds: the menu comes and goes.
 fn input(desktop: &Desktop, folder: &Path, cells: u32) -> Vec<f64> {
     let mut viewer = open(desktop, folder, cells);
@@ -61,19 +78,7 @@ fn input(desktop: &Desktop, folder: &Path, cells: u32) -> Vec<f64> {
     let [x, y] = viewer.origin();
     let strip = || desktop.row([x + 400, y + 4], 200);
     let menu = strip();
-    let waits = (0..PRESSES).map(|press| {
-        let begun = Instant::now();
-        viewer.key("F1");
-        let shown = press % 2 == 1;
-        while (strip() == menu) != shown {
-            assert!(begun.elapsed() < Duration::from_secs(10), "the menu does not come and go");
-            sleep(Duration::from_millis(1));
-        }
-        let wait = 1e3 * begun.elapsed().as_secs_f64();
-        sleep(Duration::from_millis(200 + 37 * (press as u64 % 7)));
-        wait
-    });
-    let waits = waits.collect();
+    let waits = waits(|_| viewer.key("F1"), |first| (strip() == menu) != first);
     viewer.key("ctrl+q");
     program::good(&viewer.end());
     waits
@@ -100,23 +105,11 @@ fn look(desktop: &Desktop, folder: &Path, cells: u32) -> Vec<f64> {
         colour()
     });
     assert!(distance(sky, land) > 1000.0, "sky {sky:?} and land {land:?} look alike");
-    let waits = (0..PRESSES).map(|press| {
-        let up = press % 2 == 0;
-        let begun = Instant::now();
-        turn(up);
-        loop {
-            let now = colour();
-            if (distance(now, sky) < distance(now, land)) == up {
-                break;
-            }
-            assert!(begun.elapsed() < Duration::from_secs(10), "nothing else is seen");
-            sleep(Duration::from_millis(1));
-        }
-        let wait = 1e3 * begun.elapsed().as_secs_f64();
-        sleep(Duration::from_millis(200 + 37 * (press as u64 % 7)));
-        wait
-    });
-    let waits = waits.collect();
+    let is_sky = || {
+        let now = colour();
+        distance(now, sky) < distance(now, land)
+    };
+    let waits = waits(turn, |up| is_sky() == up);
     viewer.key("ctrl+q");
     program::good(&viewer.end());
     waits

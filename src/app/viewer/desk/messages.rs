@@ -1,7 +1,7 @@
 //! Sentences over the picture: what was done, what should be known, what failed.
 
 use crate::app::viewer::theme;
-use egui::{Align2, Color32, Context, Label, Rect, RichText, Sense, vec2};
+use egui::{Color32, Context, Label, Rect, RichText, Sense, vec2};
 use std::time::{Duration, Instant};
 
 #[derive(Default)]
@@ -75,7 +75,6 @@ impl Messages {
         }
         let clicked = egui::Area::new("messages".into())
             .fixed_pos(rect.left_top() + vec2(12.0, 12.0))
-            .pivot(Align2::LEFT_TOP)
             .order(egui::Order::Background)
             .show(context, |ui| {
                 ui.set_max_width((rect.width() - 24.0).clamp(120.0, 560.0));
